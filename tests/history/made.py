@@ -16,6 +16,7 @@ from tdbmon.history.filing import Filing, StressBox
 from tdbmon.history.verdict import Verdict, verdict_of
 from tdbmon.history.verify import verify
 
+HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"  # what markup and formulas would take for their own
 ENDS = ("NDE", "DE")
 # what a feature of this unit usually is, SI
 USUAL = {

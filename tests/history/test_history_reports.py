@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import io
-import itertools
 import re
-import shutil
 from dataclasses import replace
 from decimal import Decimal
 
@@ -19,19 +17,16 @@ from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
 from tdbmon.figures.machine_courses import machine_courses
 from tdbmon.figures.stress_history import stress_history
-from tdbmon.figures.style import VERMILION
 from tdbmon.figures.trends import trends
-from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
-from tdbmon.history.feature import KINDS
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
 from tdbmon.history.summary import comparison_lines, seen_from, values_of
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
-from tdbmon.quantity import plain, words
+from tdbmon.quantity import plain
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
@@ -40,36 +35,9 @@ from tdbmon.report.machine_report import build_machine_report
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import changes
 from tdbmon.report.sections import trends as trends_section
-from tests.figure_checks import assert_readable, faults, figures_of, rendered
+from tests.figure_checks import assert_readable, faults, figures_of
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, add, files, filing, fill, judged, without
-
-HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"
-
-
-@pytest.fixture(scope="module")
-def comparison(years: Archive):
-    return compare(years, filed_drop(years, years.entries()[-1].id))
-
-
-@pytest.fixture(scope="module")
-def stressed(tmp_path_factory) -> Archive:
-    """Drops of two speeds with stresses, of a machine with a hostile name; read it only."""
-    folder = tmp_path_factory.mktemp("stressed")
-    archive = open_archive(folder / "archive", create=True)
-    for i in range(12):
-        raw, machine = files(folder, i)
-        made = filing(
-            raw, machine, seed=i, name=HOSTILE, dropped=f"2020-01-{i + 1:02d}", speed=100.0 if i % 3 else 60.0,
-            stress=2e9 + 2e7 * i,
-        )  # fmt: skip
-        archive.add(made, raw, machine)
-    return archive
-
-
-@pytest.fixture(scope="module")
-def history(years: Archive):
-    return machine_history(years, years.machines()[0])
+from tests.history.made import ENDS, HOSTILE, add, files, filing, fill, judged, without
 
 
 @pytest.fixture(scope="module")
@@ -132,27 +100,6 @@ def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(s
     courses = machine_courses(machine_history(stressed, HOSTILE))
     assert "Fall [ms]" in {ax.get_ylabel() for ax in courses.axes}
     assert "drop_11" in [label.get_text() for label in courses.axes[0].get_xticklabels()]
-
-
-def test_a_fleet_has_life_stress_and_the_limit_of_growth(stressed, tmp_path):
-    folder = tmp_path / "archive"
-    shutil.copytree(stressed.folder, folder)
-    settings = folder / "archive.toml"
-    settings.write_text(settings.read_text().replace("# agreed_drops = 20", "agreed_drops = 20"))
-    members = fleet(open_archive(folder))
-    (_, table) = [b for b in build_fleet_report(members).sections[0].blocks if isinstance(b, Table)]
-    told = dict(zip(table.header, table.rows[0].cells, strict=True))
-    life = members[0].latest.comparison.life
-    assert (told["Full drops"], told["Agreed"]) == ("12", "20")
-    assert re.fullmatch(r"[\d.]+ at (NDE|DE)", told["Damage, drops"])
-    assert told["Margin, drops"] == words(life.margin)
-    assert told["Greatest stress (of the limit)"] in {f"2220 MPa at {end} (53 %)" for end in ENDS}
-    drawing = fleet_figure(members)
-    (limit,) = [text for text in drawing.axes[0].texts if text.get_text().startswith("limit ")]
-    end = limit.get_text().split()[1]
-    assert min(members[0].gap_limits.values()) == pytest.approx(members[0].gap_limits[end], rel=0.05)
-    assert faults(drawing) == []
-    assert VERMILION not in {line.get_color() for line in drawing.axes[0].lines}  # that of an alarm's frame
 
 
 def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison):
@@ -403,84 +350,6 @@ def test_before_and_difference_subtract_as_they_are_written(comparison):
         assert apart == pytest.approx(feature["difference"]["value"], rel=1e-9, abs=1e-9), change.title
 
 
-def test_a_machine_report_draws_what_it_flags(history):
-    assert history.flagged
-    figure = machine_courses(history)
-    titles = [ax.get_title(loc="left") for ax in figure.axes if ax.get_visible()]
-    for (name, end), drops in history.flagged.items():
-        assert f"{KINDS[name].title}{', ' + end if end else ''}" in titles
-        assert set(drops) <= {e.id for e in history.entries}
-    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against those before"]
-    assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
-
-
-def test_what_is_flagged_of_a_record_that_is_left_out_alone_is_not_drawn_before_the_rest(empty, tmp_path):
-    """Its panel stood first, without a mark or ring of the drops that it was there for."""
-    fill(empty, tmp_path, 8)
-    for i in (50, 51):
-        add(
-            empty, tmp_path, i, dropped=f"2021-01-{i - 40}", values={("gap_centre_x_um", "DE"): 1.3},
-            failed_checks=("probe scales NDE",),
-        )  # fmt: skip
-    history = machine_history(empty, empty.machines()[0])
-    assert any(c.kind.name == "gap_centre_x_um" for c in history.last.comparison.flagged)
-    assert history.flagged == {}
-    assert not any("Clearance" in ax.get_title(loc="left") for ax in machine_courses(history).axes)
-
-
-def test_the_courses_tell_speeds_and_assemblies_apart_and_leave_out_what_shows_no_drop_of_the_machine(empty, tmp_path):
-    """A speed has one name in all panels, though quantities are missing here and there."""
-    for i in range(12):
-        raw, machine = files(tmp_path, i)
-        made = filing(
-            raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", speed=(60.0, 100.0)[i % 2] + 0.1 * i, few=i > 8,
-            assembly="new" if i >= 6 else "", failed_checks=("machine",) if i == 3 else (),
-        )  # fmt: skip
-        empty.add(made, raw, machine)
-    history = machine_history(empty, empty.machines()[0])
-    figure = machine_courses(history)
-    assert {text.get_text() for text in figure.legends[0].get_texts()} == {"60.5 Hz", "100.6 Hz"}
-    for ax in (ax for ax in figure.axes if ax.get_visible()):
-        assert [line.get_xdata()[0] for line in ax.lines if line.get_linestyle() == ":"] == [6.5]
-    assert "drop_3.nc" not in {entry.raw_name for course in history.courses for entry, _ in course.values}
-    assert "Left out, since checks of their records failed: drop_3.nc." in render_html(build_machine_report(history))
-
-
-def test_a_machine_of_one_speed_has_trends_too(history):
-    blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
-    assert "Trends over all drops" in [block.caption for block in blocks if isinstance(block, Table)]
-
-
-@pytest.mark.parametrize(("last", "said"), [(1.12, True), (1.02, False)])
-def test_a_drop_at_the_level_of_ringed_ones_without_a_ring_is_explained(empty, tmp_path, last, said):
-    """Its estimate is so uncertain that the same difference is not beyond chance."""
-    fill(empty, tmp_path, 7)
-    add(empty, tmp_path, 50, dropped="2020-02-01", values={("fall_time_ms", "NDE"): 1.12})
-    raw, machine = files(tmp_path, 51)
-    made = filing(raw, machine, dropped="2020-02-02", seed=51, values={("fall_time_ms", "NDE"): last})
-    wide = [
-        replace(f, estimate=Estimate.from_sigma(f.estimate.value, 1e-3, "ms", "made up"))
-        if (f.name, f.end) == ("fall_time_ms", "NDE")
-        else f
-        for f in made.features
-    ]
-    empty.add(replace(made, features=tuple(wide)), raw, machine)
-    history = machine_history(empty, "made up")
-    assert len(history.flagged["fall_time_ms", "NDE"]) == 1
-    html = render_html(build_machine_report(history))
-    assert ("yet without a ring: Fall, release to first touch, NDE: drop_51.nc" in html) == said
-
-
-def test_wear_at_once_is_told_as_a_step_and_not_as_a_rate(history):
-    """The journal was worn between two drops: a radius that grows a little with each of ten was made of it."""
-    blocks = [block for section in build_machine_report(history).sections for block in section.blocks]
-    (table,) = [b for b in blocks if isinstance(b, Table) and b.caption == "Trends over all drops"]
-    (row,) = [row for row in table.rows if row.cells[0] == "Fall, release to first touch, NDE"]
-    assert row.cells[2] == "–" and "from drop_08.nc on" in row.cells[3]
-    (ax,) = [ax for ax in machine_courses(history).axes if ax.get_title(loc="left") == row.cells[0]]
-    assert [line.get_xdata()[0] for line in ax.lines if line.get_label() == "step"] == [7.5]
-
-
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
 def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
     for i in range(4):
@@ -503,71 +372,6 @@ def test_all_reports_are_whole_in_both_formats(reports):
         text = "\n".join(page.extract_text() for page in pages)
         for section in document.sections:
             assert section.title in text
-
-
-@pytest.mark.parametrize("counts", [(1, 1, 1), (2, 1, 12)])
-def test_the_drops_of_a_fleet_are_whole_numbers_clear_of_the_neighbours(empty, tmp_path, counts):
-    for machine, count in enumerate(counts):
-        for i in range(count):
-            raw, plan = files(tmp_path, 100 * machine + i)
-            made = filing(raw, plan, name=f"machine {machine}", seed=100 * machine + i, dropped=f"2020-01-{i + 1:02d}")
-            empty.add(made, raw, plan)
-    drawing = rendered(fleet_figure(fleet(empty)))
-    labels = [
-        label
-        for ax in drawing.axes
-        if ax.get_visible()
-        for label, at in zip(ax.get_xticklabels(), ax.get_xticks(), strict=True)
-        if ax.get_xlim()[0] <= at <= ax.get_xlim()[1]
-    ]
-    assert len(labels) >= len(counts)
-    assert all(label.get_text().isdigit() for label in labels)
-    boxes = [label.get_window_extent() for label in labels]
-    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
-
-
-def test_a_name_above_a_panel_of_a_fleet_is_whole_in_two_lines(empty, tmp_path):
-    names = (
-        "Generator rotor on two radial magnetic bearings",
-        "Compressor",
-        f"{'Pump train of the second line ' * 3}no. 4",
-    )
-    for seed, name in enumerate(names):
-        raw, machine = files(tmp_path / str(seed), seed)
-        empty.add(filing(raw, machine, name=name, seed=seed), raw, machine)
-    drawing = fleet_figure(fleet(empty))
-    titles = [ax.get_title(loc="left").split("\n") for ax in drawing.axes if ax.get_visible()]
-    assert {" ".join(title[:-1]) for title in titles} >= set(names[:2])
-    (cut,) = [title for title in titles if "…" in title[1]]
-    assert cut[0].startswith("Pump train") and cut[1].endswith("second line no. 4")
-    assert not faults(drawing)
-
-
-def test_a_machine_report_speaks_of_no_drop_that_it_does_not_name(stressed):
-    html = render_html(build_machine_report(machine_history(stressed, stressed.machines()[0])))
-    last = stressed.entries()[-1].raw_name
-    assert f"In orange: {last}." in html and f"Full drops of this assembly, {last} included" in html
-    assert "This drop in orange" not in html and "this one" not in html
-
-
-def test_a_fleet_lists_the_worst_first(empty, tmp_path):
-    fill(empty, tmp_path / "a", 6, name="steady")
-    for i in range(6):
-        raw, machine = files(tmp_path / "b", 100 + i)
-        worn = {("gap_um", "DE"): 1.3} if i == 5 else {}
-        empty.add(
-            filing(raw, machine, name="worn", seed=100 + i, dropped=f"2020-01-{i + 1:02d}", values=worn), raw, machine
-        )
-    raw, machine = files(tmp_path / "c", 200)
-    empty.add(filing(raw, machine, name="new", seed=200, dropped="2020-01-01"), raw, machine)
-    members = fleet(empty)
-    assert [(m.machine, m.verdict.word) for m in members] == [
-        ("worn", "inspect"),
-        ("new", "too few drops"),
-        ("steady", "as before"),
-    ]
-    document = build_fleet_report(members)
-    assert "1 of 3 machines asks for attention; 1 has too few matching drops for a verdict." in render_html(document)
 
 
 def test_a_change_of_level_is_drawn_where_it_is_among_many_drops(empty, tmp_path):
@@ -607,23 +411,3 @@ def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tm
     assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
     assert build_machine_report(machine_history(empty, "b")).note == ""
     assert build_fleet_report(fleet(empty)).note == note.format(4)
-
-
-def test_the_intervals_of_a_fleet_lie_in_their_panels(empty, tmp_path):
-    for i in range(2):
-        raw, machine = files(tmp_path, i)
-        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
-        radius = Estimate(250e-6 + 20e-6 * i, 230e-6 + 20e-6 * i, 280e-6 + 20e-6 * i, "um")
-        made = replace(
-            made, features=tuple(replace(f, estimate=radius) if f.name == "gap_um" else f for f in made.features)
-        )
-        empty.add(made, raw, machine)
-    ax = fleet_figure(fleet(empty)).axes[0]
-    assert max(max(line.get_ydata()) for line in ax.lines) <= ax.get_ylim()[1]
-
-
-def test_a_machine_report_does_not_say_any_drop_where_older_ones_are_not_judged(empty, tmp_path):
-    for i in range(42):
-        add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01")
-    figure, *_ = figures_of(build_machine_report(machine_history(empty, "made up")))
-    assert figure.caption.startswith("What was flagged in any judged drop")
