@@ -365,6 +365,10 @@ class EffectDeclaration:
         known = [each.name for each in self.parameters]
         raise InputError(f"{self.identifier}: unknown parameter '{name}'{did_you_mean(name, known)}")
 
+    def texts(self, values: Mapping[str, float | str]) -> list[str]:
+        """Return parameters' values (SI, or words) as a person reads them, each behind its name."""
+        return [f"{name.replace('_', ' ')} {self.parameter(name).text(value)}" for name, value in values.items()]
+
     def at(self, where: str, values: Mapping[str, Any]) -> Effect:
         """Return the effect at a place, its values as numbers in SI or as a person writes them.
 

@@ -10,7 +10,7 @@ from tdbsim.effect import declaration
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
-from tdbmon.diagnosis.named_cause import NamedCause, named_causes
+from tdbmon.diagnosis.named_cause import named_causes
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
@@ -67,7 +67,9 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
     for cause in named_causes(diagnosis):
         sizes = [f"{name} {value_and_interval(size)}" for name, size in cause.parameters.items() if size.known]
-        values = ", ".join([*(sizes or ["not fitted as far"]), *_held(cause)]).replace("_", " ")
+        values = ", ".join([*(sizes or ["not fitted as far"]), *declaration(cause.effect).texts(cause.held)]).replace(
+            "_", " "
+        )
         out.append(f"  {cause.effect} at {cause.where}, probability {cause.probability:.2f}: {values}")
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
@@ -90,12 +92,6 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
 def value_and_interval(estimate: Estimate) -> str:
     """Return a known value as a line on a terminal has it, with its interval or the reason why there is none."""
     return printed(estimate) + why_no_interval(estimate)
-
-
-def _held(cause: NamedCause) -> list[str]:
-    """Return the words and whole numbers that a cause was tried with, as a person reads them."""
-    known = declaration(cause.effect)
-    return [f"{name} {known.parameter(name).text(value)}" for name, value in cause.held.items()]
 
 
 def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -51,8 +51,7 @@ class Suspect:
     @property
     def tried_with(self) -> str:
         """The words and whole numbers that it was tried with."""
-        each = [(name, self.declared.parameter(name)) for name in self.held]
-        return ", ".join(f"{name.replace('_', ' ')} {declared.text(self.held[name])}" for name, declared in each)
+        return ", ".join(self.declared.texts(self.held))
 
     @property
     def counted(self) -> Declared | None:

@@ -16,9 +16,8 @@ _UNIFORM = ("constant",)  # drag: one acceleration
 _SHARES = (0.01, 0.02, 0.03, 0.045, 0.065, 0.09, 0.125, 0.18, 0.25, 0.35, 0.5, 0.7)
 _FEWEST = 4  # spans in it
 _ROUNDING = 3.0  # times the power of white noise, that the rounding of pulses to samples may have at low frequency
-# of a sample, by which turns of nearly whole samples miss them: then the rounding drifts slowly, and so many
-_WHOLE = 0.1
-_OF_WHOLE = 20  # pulses add as much power again
+_WHOLE = 0.1  # of a sample, by which turns of nearly whole samples miss them: then the rounding drifts slowly
+_OF_WHOLE = 20  # pulses of such turns, that add as much power again
 _BLOCKS = 40  # of a speed signal: means over less may err alike
 _BENDS = 10.0  # times their scatter from one to the next, by which they miss a line
 _ALIKE = 3.0  # times the same scatter, of means over less
@@ -50,7 +49,7 @@ def last_even_turns(turns: Coast, sigma: float) -> tuple[Coast, float]:
 def last_even_means(means: Coast) -> Coast:
     """Return the last means of a speed signal that one acceleration fits, all of them where it fits all."""
     while _bend(means):
-        last = _last_part(means, _ALIKE * _scatter(means.mean))
+        last = _last_part(means, _ALIKE * _scatter(means.mean, means))
         if last is None:
             break
         means = last
@@ -87,9 +86,9 @@ def _bend(means: Coast) -> bool:
         return False
     left = means.mean - np.polyval(np.polyfit(means.middle, means.mean, 1), means.middle)
     blocks = left[: size * _BLOCKS].reshape(_BLOCKS, size).mean(axis=1)
-    return bool(np.std(blocks, ddof=2) > _BENDS * max(scatter(blocks), _LEAST_SCATTER * float(np.mean(means.mean))))
+    return bool(np.std(blocks, ddof=2) > _BENDS * _scatter(blocks, means))
 
 
-def _scatter(speeds: Array) -> float:
-    """Return the scatter of speeds from one to the next (n,), and no less than any signal has."""
-    return max(scatter(speeds), _LEAST_SCATTER * float(np.mean(speeds)))
+def _scatter(values: Array, means: Coast) -> float:
+    """Return the scatter of values (n,) of a speed signal from one to the next, and no less than any signal has."""
+    return max(scatter(values), _LEAST_SCATTER * float(np.mean(means.mean)))
