@@ -46,6 +46,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def decapitalised(words: str) -> str:
+    """Return a title or a sentence as it stands within another one: an abbreviation keeps its capitals."""
+    return words if words[:2].isupper() else words[:1].lower() + words[1:]
+
+
 def words(estimate: Estimate, unit: str | None = None) -> str:
     """Return an estimate as text: ``282.1 µm (279.0 to 285.2)``.
 

@@ -8,6 +8,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.free_effect import acts_on_sensors, place_in_words
+from tdbmon.quantity import decapitalised
 
 # where cables or machine file are wrong, and where the mark moved
 PUT_RIGHT = "none: put that right, and diagnose the same drops again"
@@ -63,7 +64,7 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
         return "; ".join(
             [
                 *(
-                    f"at {place_in_words(cause.where)}, {_decapitalised(cause.declared.on_the_machine)}"
+                    f"at {place_in_words(cause.where)}, {decapitalised(cause.declared.on_the_machine).removesuffix('.')}"
                     for cause in causes
                 ),
                 f"a drop after that, from {between} {speeds[-1]:.0f} Hz, should land on what is simulated beforehand: with"
@@ -86,8 +87,3 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
         "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
         " which parts what looks alike when falling straight down"
     )
-
-
-def _decapitalised(sentence: str) -> str:
-    """Return a sentence as part of another one."""
-    return sentence[0].lower() + sentence[1:].removesuffix(".")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
+from tdbmon.quantity import decapitalised
 
 _NAMED = 4  # quantities with one reason
 
@@ -38,10 +39,9 @@ def not_compared_count(comparison: Comparison) -> str:
 
 def named(changes: Sequence[Change]) -> str:
     """Return the names of some quantities within a sentence, of many the first few and how many more."""
-    titles = [change.kind.title for change in changes]
-    lower = [title if title[:2].isupper() else title[:1].lower() + title[1:] for title in titles[:_NAMED]]
+    titles = [decapitalised(change.kind.title) for change in changes]
     more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
-    return ", ".join(lower) + more
+    return ", ".join(titles[:_NAMED]) + more
 
 
 def _place(end: str) -> str:

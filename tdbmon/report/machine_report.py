@@ -9,7 +9,7 @@ from tdbmon.history.change import Change
 from tdbmon.history.machine_history import Course, MachineHistory
 from tdbmon.history.matching import doubts
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
-from tdbmon.quantity import counted, short, stated_percent, words
+from tdbmon.quantity import counted, decapitalised, short, stated_percent, words
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Block, Document, Figure, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -43,7 +43,7 @@ def _summary(history: MachineHistory) -> Section:
     last = history.last
     judged_as, tone = WORDS[last.verdict.word]
     blocks = standing_blocks(history.standing_earlier)
-    blocks.append(Finding(f"The latest drop: {judged_as[0].lower()}{judged_as[1:]}", tone))
+    blocks.append(Finding(f"The latest drop: {decapitalised(judged_as)}", tone))
     blocks += map(sentence, (*last.verdict.reasons, *not_compared_sentences(last.comparison)))
     rows = []
     for judged in history.judged:

@@ -15,7 +15,7 @@ from tdbmon.history.sight import Sight, sights
 from tdbmon.history.speed_class import STANDSTILL, stood
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
-from tdbmon.quantity import percent, short, stated_percent
+from tdbmon.quantity import decapitalised, percent, short, stated_percent
 from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
 from tdbmon.report.document import Verdict as Finding
@@ -43,7 +43,7 @@ def standing_blocks(standing: Sequence[Judged]) -> list[Block]:
     blocks: list[Block] = []
     for each in standing:
         word = WORDS[each.verdict.word][0]
-        blocks.append(Finding(f"The alarm of {each.name} stands: {word[0].lower()}{word[1:]}", "attention"))
+        blocks.append(Finding(f"The alarm of {each.name} stands: {decapitalised(word)}", "attention"))
         blocks += map(sentence, each.verdict.reasons)
     return [*blocks, Paragraph(STANDING)] if blocks else []
 

@@ -11,7 +11,7 @@ from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
 from tdbmon.identify.force_intervals import FORCES_HOLD
-from tdbmon.quantity import counted, moment, number, percent, rpm, words
+from tdbmon.quantity import counted, decapitalised, moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict, sentence
 from tdbmon.report.sections.findings import (
     RESTITUTION,
@@ -286,7 +286,7 @@ def _named(names: Sequence[str], findings: Sequence[Finding]) -> str:
 
 
 def _listed(names: Sequence[str]) -> str:
-    return ", ".join(name[:1].lower() + name[1:] for name in names)
+    return ", ".join(map(decapitalised, names))
 
 
 def _against_drawing(analysis: Analysis) -> list[Row]:
