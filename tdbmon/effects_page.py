@@ -7,6 +7,7 @@ from pathlib import Path
 from tdbsim.effect import EffectDeclaration, catalogue, declaration
 
 from tdbmon.atomic import write_text
+from tdbmon.quantity import capitalised
 
 PAGE = Path(__file__).resolve().parents[1] / "docs" / "effects.md"
 
@@ -44,7 +45,7 @@ def catalogue_lines() -> list[str]:
 def effect_lines(identifier: str) -> list[str]:
     """Return one effect with its parameters (raises `InputError` where there is none of that name)."""
     found = declaration(identifier)
-    lines = [f"{found.identifier}: {found.title}", found.what]
+    lines = [f"{found.identifier}: {capitalised(found.title)}", found.what]
     lines += [f"signature: {found.signature}", f"on the machine: {found.on_the_machine}", f"where: {found.place}"]
     for one in found.parameters:
         if one.choices:

@@ -46,6 +46,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def capitalised(words: str) -> str:
+    """Return words as they begin a sentence; what follows keeps its capitals."""
+    return words[:1].upper() + words[1:]
+
+
 def decapitalised(words: str) -> str:
     """Return a title or a sentence as it stands within another one: an abbreviation keeps its capitals."""
     return words if words[:2].isupper() else words[:1].lower() + words[1:]

@@ -172,7 +172,7 @@ class Effect:
 
     where: str
 
-    title: ClassVar[str]
+    title: ClassVar[str]  # as within a sentence
     what: ClassVar[str]
     place: ClassVar[Place]
     signature: ClassVar[str]
@@ -325,7 +325,7 @@ class EffectDeclaration:
 
     @property
     def title(self) -> str:
-        """A heading."""
+        """What it is called within a sentence."""
         return self.kind.title
 
     @property

@@ -46,7 +46,7 @@ class Suspect:
     @property
     def words(self) -> str:
         """Its effect and place in words."""
-        return f"{self.declared.title.lower()} at {place_in_words(self.where)}"
+        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def tried_with(self) -> str:

@@ -56,7 +56,7 @@ class FreeEffect:
     @property
     def words(self) -> str:
         """Effect and place in words."""
-        return f"{self.declared.title.lower()} at {place_in_words(self.where)}"
+        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def shared(self) -> tuple[Parameter, ...]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from tdbmon.quantity import capitalised
 from tdbmon.report.palette import with_palette, with_palettes
 
 if TYPE_CHECKING:
@@ -31,7 +32,7 @@ class Paragraph:
 
 def sentence(text: str) -> Paragraph:
     """Return words as a sentence of its own: a capital in front, a stop behind."""
-    return Paragraph(f"{text[:1].upper()}{text[1:]}.")
+    return Paragraph(f"{capitalised(text)}.")
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
+from tdbmon.quantity import capitalised
+
 _CHANNEL = re.compile(r"(?P<channel>[^\s:]+): (?P<words>.+)", re.DOTALL)
 _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
@@ -32,7 +34,7 @@ def and_more(count: int) -> str:
 def _joined(alike: list[tuple[str, str, str]]) -> str:
     record, channel, words = alike[0]
     if not record:
-        return f"{words[:1].upper()}{words[1:]}."
+        return f"{capitalised(words)}."
     told = ": ".join(part for part in (record, channel, words) if part)
     if len(alike) == 1:
         return f"{told}."

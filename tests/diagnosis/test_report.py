@@ -372,6 +372,21 @@ def test_what_a_size_goes_with_is_told_in_words(evidence: Evidence, monkeypatch:
     assert table.rows[0].cells[2] == f"NDE: support stiffness (+0.66), {owner} (−0.60)"
 
 
+def test_of_several_causes_each_keeps_the_capitals_of_its_name_and_end(evidence: Evidence) -> None:
+    """ "Stribeck friction at NDE" was "Stribeck friction at nde" above its table, and "stribeck friction" in sentences."""
+    best = evidence.diagnosis.best
+    everyone = suspects(evidence.diagnosis.machine, best.problem.drops[0].probes, ())
+    rubs = replace(best, causes=tuple(each for each in everyone if each.name == "stribeck_friction@NDE")[:1])
+    verdict = replace(evidence.diagnosis.verdict, accused=(best, rubs))
+    sizes = diagnosis_sizes.section(replace(evidence, diagnosis=replace(evidence.diagnosis, verdict=verdict)))
+    assert sizes is not None
+    captions = [block.caption for block in sizes.blocks if isinstance(block, Table)]
+    assert captions == [
+        "Residual magnetic force at the rotor (law exponential): values with 95 % intervals",
+        "Stribeck friction at NDE (law exponential): values with 95 % intervals",
+    ]
+
+
 def test_the_rest_of_the_record_is_drawn_of_the_drop_that_departs_most(evidence: Evidence) -> None:
     """Of four drops the figure showed the slowest, the third and the fastest, whichever the table spoke of."""
     left = [

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ChannelLag(Effect):
     """Reading(t) = true reading(t - delay)."""
 
-    title: ClassVar = "Channel lag"
+    title: ClassVar = "channel lag"
     what: ClassVar = "A channel is late against the others."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "The channel's phase falls behind in proportion to frequency; its contacts come late."

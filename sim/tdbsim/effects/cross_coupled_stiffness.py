@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class CrossCoupledStiffness(Effect):
     """A force across the displacement: F_x = -k y, F_y = k x where the rotor turns counter-clockwise."""
 
-    title: ClassVar = "Cross-coupled stiffness"
+    title: ClassVar = "cross-coupled stiffness"
     what: ClassVar = "A seal or wheel feeds energy into forward whirl."
     place: ClassVar = Place.PLANE
     signature: ClassVar = "Work is done on the lateral motion; the rotor is pushed sideways of its displacement."

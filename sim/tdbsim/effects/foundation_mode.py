@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class FoundationMode(Effect):
     """The support stands on a mass on a spring and damper; an infinite stiffness stands still."""
 
-    title: ClassVar = "Foundation mode"
+    title: ClassVar = "foundation mode"
     what: ClassVar = "The support stands on something that moves: one more mass and spring under it."
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class HardeningSupport(Effect):
     """Spring force = stiffness r + cubic r^3, towards the middle."""
 
-    title: ClassVar = "Hardening support"
+    title: ClassVar = "hardening support"
     what: ClassVar = "The support's stiffness grows with deflection."
     place: ClassVar = Place.BEARING_OR_BOTH
     signature: ClassVar = "Hard hits move the support less than in proportion to their force."

@@ -25,7 +25,7 @@ class LooseSupport(Effect):
     round in the support gives energy, and the force points to the middle on all of it.
     """
 
-    title: ClassVar = "Loose support"
+    title: ClassVar = "loose support"
     what: ClassVar = "The bearing has play in its housing: soft within the play, stiff beyond it."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The support moves by about the play under little force; deeper contacts."

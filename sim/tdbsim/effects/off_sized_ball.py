@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class OffSizedBall(Effect):
     """Give it several times for several balls."""
 
-    title: ClassVar = "Off-sized ball"
+    title: ClassVar = "off-sized ball"
     what: ClassVar = "One or more balls are too large or too small: lines at cage speed."
     place: ClassVar = Place.BEARING
     rise: ClassVar = 1.1

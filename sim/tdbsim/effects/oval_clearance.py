@@ -24,7 +24,7 @@ class OvalClearance(Effect):
     off the displacement at most; that force has a potential, the other has not.
     """
 
-    title: ClassVar = "Oval clearance"
+    title: ClassVar = "oval clearance"
     what: ClassVar = "The gap is not round in the fixed frame: a two-lobed seat, worn at the bottom."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "The orbits' limit is an oval; in contact the force leans off the displacement."

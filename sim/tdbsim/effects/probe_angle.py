@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ProbeAngle(Effect):
     """True angle = the machine file's + error."""
 
-    title: ClassVar = "Probe angle"
+    title: ClassVar = "probe angle"
     what: ClassVar = "A probe does not stand at the angle on the drawing."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "The channel holds some of the motion across its axis."

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class ProbeCrosstalk(Effect):
     """The reading of the one probe + factor x that of the other; first and second in the order of the machine file."""
 
-    title: ClassVar = "Probe crosstalk"
+    title: ClassVar = "probe crosstalk"
     what: ClassVar = "One channel of an end leaks into the other."
     place: ClassVar = Place.END
     once: ClassVar = True

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ProbeGain(Effect):
     """Reading = gain x displacement."""
 
-    title: ClassVar = "Probe gain"
+    title: ClassVar = "probe gain"
     what: ClassVar = "A displacement channel reads too much or too little."
     place: ClassVar = Place.PROBE
     signature: ClassVar = "One channel's motion is larger or smaller than the others' leads to expect, at all times."

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ProbeRunout(Effect):
     """The surface stands out by first cos(beta - first_phase) + second cos(2 (beta - second_phase)) on the shaft."""
 
-    title: ClassVar = "Probe runout"
+    title: ClassVar = "probe runout"
     what: ClassVar = "The probe sees the shaft surface's runout, at every speed, in levitation too."
     place: ClassVar = Place.END
     signature: ClassVar = "1X and 2X in the channels of an end that stay the same at every speed."

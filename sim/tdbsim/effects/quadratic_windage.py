@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 class QuadraticWindage(Effect):
     """Deceleration = speed/tau ((1 - share) + share speed/reference_speed)."""
 
-    title: ClassVar = "Quadratic windage"
+    title: ClassVar = "quadratic windage"
     what: ClassVar = "The speed does not fall exponentially: drag grows with speed squared."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At high speed the deceleration over speed is greater than at low speed."

@@ -26,7 +26,7 @@ class RaceWaviness(Effect):
     Give it several times for waves of several orders, in one race or in both.
     """
 
-    title: ClassVar = "Race waviness"
+    title: ClassVar = "race waviness"
     what: ClassVar = (
         "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed. Several orders, in one race or in"
         " both: give it several times."

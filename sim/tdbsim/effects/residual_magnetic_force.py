@@ -22,7 +22,7 @@ class ResidualMagneticForce(Effect):
     The former where the coils' current dies in a resistance, the latter where a constant voltage drives it down.
     """
 
-    title: ClassVar = "Residual magnetic force"
+    title: ClassVar = "residual magnetic force"
     what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At the release the rotor accelerates by less than gravity; the first contact comes late."

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class RingDrag(Effect):
     """Adds to the drag that the machine file names."""
 
-    title: ClassVar = "Ring drag"
+    title: ClassVar = "ring drag"
     what: ClassVar = (
         "The inner ring is hard to turn (dried grease, damaged bearing): it takes long to reach shaft speed."
     )

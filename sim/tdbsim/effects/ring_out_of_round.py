@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 class RingOutOfRound(Effect):
     """Radial gap = round gap + amplitude cos(order (azimuth - ring angle) - phase); `law` as in `oval_clearance`."""
 
-    title: ClassVar = "Ring out of round"
+    title: ClassVar = "ring out of round"
     what: ClassVar = "The inner ring's bore is lobed and turns with the ring."
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Lines at `order` times the inner ring's speed, which follow it as it runs up."

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 class ShaftBow(Effect):
     """Bent to the same curvature all along, as by a difference of temperature across it, or to its first bending mode."""
 
-    title: ClassVar = "Shaft bow"
+    title: ClassVar = "shaft bow"
     what: ClassVar = "The shaft is bent: a 1X orbit whose size does not fall with speed squared."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "A synchronous orbit that stays when the speed falls."

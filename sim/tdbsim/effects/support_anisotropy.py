@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 class SupportAnisotropy(Effect):
     """Stiffness along `direction` is `ratio` times the machine file's; across it, it stays."""
 
-    title: ClassVar = "Support anisotropy"
+    title: ClassVar = "support anisotropy"
     what: ClassVar = "The support is softer (or stiffer) in one direction."
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True

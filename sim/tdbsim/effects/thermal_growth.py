@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class ThermalGrowth(Effect):
     """Radial gap = cold gap - growth x heat; the heat is friction's, and leaves with `cooling_time`."""
 
-    title: ClassVar = "Thermal growth"
+    title: ClassVar = "thermal growth"
     what: ClassVar = "Frictional heat closes the gap while the rotor rubs."
     place: ClassVar = Place.BEARING_OR_BOTH
     builds_up: ClassVar = True

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 class Unbalance(Effect):
     """Adds to the unbalance that the machine file names in the plane."""
 
-    title: ClassVar = "Unbalance"
+    title: ClassVar = "unbalance"
     what: ClassVar = "Unbalance differs from the balancing sheet beyond its tolerance: a lost part, a deposit."
     place: ClassVar = Place.PLANE
     signature: ClassVar = "A synchronous forward orbit, growing with speed, in levitation and after the drop."

@@ -9,7 +9,7 @@ from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.estimate import Estimate
 from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.least_squares import information
-from tdbmon.quantity import signed, words
+from tdbmon.quantity import capitalised, signed, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 _PARTNER = 0.5  # correlation from which another value is named
@@ -58,7 +58,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
             rows.append(Row((f"{owner}: {names}", "fitted to each drop by itself", "–")))
     words_ = "; ".join(cause.tried_with for cause in model.causes if cause.held)
-    which = f"{model.words.capitalize()}{f' ({words_})' if words_ else ''}"
+    which = f"{capitalised(model.words)}{f' ({words_})' if words_ else ''}"
     caption = f"{which}: values with 95 % intervals" if many else "Values with 95 % intervals"
     return Table(caption, ("Value", "Fitted", "Correlated with"), tuple(rows))
 

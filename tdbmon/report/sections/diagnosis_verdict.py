@@ -8,7 +8,7 @@ from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.verdict import Kind
-from tdbmon.quantity import percent
+from tdbmon.quantity import capitalised, percent
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
 from tdbmon.report.remarks import grouped
 
@@ -30,7 +30,7 @@ def section(evidence: Evidence) -> Section:
     causes = [cause for each in diagnosis.verdict.accused for cause in each.causes]
     causes += [cause for each in diagnosis.verdict.alike for cause in each.causes]
     for cause in {cause.name: cause for cause in causes}.values():
-        blocks.append(Paragraph(f"{cause.words[:1].upper()}{cause.words[1:]}: {cause.declared.what}"))
+        blocks.append(Paragraph(f"{capitalised(cause.words)}: {cause.declared.what}"))
     if diagnosis.verdict.kind is Kind.NONE:
         blocks.append(
             Paragraph(

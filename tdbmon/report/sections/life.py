@@ -5,7 +5,7 @@ from __future__ import annotations
 from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
-from tdbmon.quantity import words
+from tdbmon.quantity import capitalised, words
 from tdbmon.report.document import Paragraph, Row, Section, Table
 from tdbmon.report.sections.judgement import included
 
@@ -46,4 +46,4 @@ def _explanation(damage: Estimate) -> str:
         f" The damage is the {damage.method}: it compares drops of one machine by the ninth power of their Hertz stresses,"
         " and is no life in hours."
     )
-    return said + (f" {damage.why[0].upper()}{damage.why[1:]}." if damage.why else "")
+    return said + (f" {capitalised(damage.why)}." if damage.why else "")
