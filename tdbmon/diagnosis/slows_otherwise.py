@@ -14,9 +14,15 @@ from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.braked import most_friction
 from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
 _DRAG_SIGMA = 0.02  # of the drag, at least
+_TELLS, _AS_TURNED = (
+    0.05,
+    0.02,
+)  # standard deviation of a polar inertia that is told; how far off one is that is confirmed
+_LEAST_SLIPPING = 2  # windows of a drop in which its rings slip
 _AS_STATED = 1e-6  # the same of a drag that is held
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 WORTH = 60.0  # sum of squares from which on a cause is sought
@@ -58,15 +64,61 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
     factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return SlowsOtherwise()
-    inertia = float(contender.problem.model.arrays.spin[INERTIA])
     where = ", in all drops" if len(slowings) > 1 else ""
     return SlowsOtherwise(
         (
             f"the contacts slow the shaft {factor:.2f} times as much as simulated{where}, and a drag within its tolerance does"
-            f" not explain that: the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file), that of the inner rings,"
-            " or friction at small loads may not be as the file has it. The verdict does not rest on it",
+            f" not explain that: {_why_so(factor, slowings, contender)}. The verdict does not rest on it",
         )
     )
+
+
+def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) -> str:
+    """Return what a factor of the lag speaks for and against: polar inertia, the rings' inertia, friction."""
+    inertia = float(contender.problem.model.arrays.spin[INERTIA])
+    rotor = f"the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
+    told = polar_inertia(contender) if not contender.fails else None
+    if told is None or told.sigma > _TELLS:
+        rotor = f"{rotor} may not be as the file has it"
+    elif abs(told.factor - 1) < max(_AS_TURNED, _CERTAINLY * told.sigma):
+        rotor = (
+            f"{rotor} is not the reason, since the shaft's gyroscopic motion confirms it to"
+            f" {100 * (abs(told.factor - 1) + 2 * told.sigma):.1g} %"
+        )
+    else:
+        rotor = (
+            f"{rotor} is not as the file has it: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
+        )
+        if abs(told.factor * factor - 1) < _PLAINLY:
+            return f"{rotor}, which explains it"
+    slip = _while_rings_slip(slowings, contender.problem.model.machine)
+    if slip is None:
+        return f"{rotor}; the inertia of the inner rings or friction at small loads may be another than in the file"
+    early, sigma = slip
+    if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
+        beside = (
+            ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
+            if factor > 1
+            else ""
+        )
+        return (
+            f"{rotor}; nor are the inertias or drags of the inner rings, since it is {early:.2f} times already while the rings"
+            f" slip and friction alone slows the shaft{beside}"
+        )
+    much = "more" if factor > early else "less"
+    return (
+        f"{rotor}; while the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than the file has"
+        " it: their inertia, with that of balls and cage, or their drag"
+    )
+
+
+def _while_rings_slip(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float] | None:
+    """Return the factor of the lag while all rings slip, and its standard deviation; None where too little is seen of that."""
+    early = [each.during(each.slips) for each in slowings if each.slips.sum() >= _LEAST_SLIPPING]
+    if not early:
+        return None
+    found = lag_beside_drag(early, machine)
+    return found if found[1] < _PLAINLY else None
 
 
 def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float]:

@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
+from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
-from tdbmon.identify.prediction import coasting, predict
+from tdbmon.identify.prediction import Prediction, coasting, predict
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -32,6 +33,7 @@ _LAG_SIGMA = 0.02  # of the lag, for the same reason
 _LIMIT = 400.0  # that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
+_CAUGHT_UP = 0.9  # of the shaft's speed, from which on a ring hardly slips
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,6 +54,9 @@ class Slowing:
         Angle that each rad/s^2 of slowing from the release on takes, forward, s^2: half the square of the time.
     sigma : (w,) array
         Standard deviation of what is left, rad.
+    slips : (w,) array of bool
+        Whether all inner rings still turn plainly slower than the shaft up to there, as simulated: friction alone slows it then,
+        whatever the rings' inertia.
     """
 
     time: Array
@@ -60,10 +65,15 @@ class Slowing:
     drag: Array
     held: Array
     sigma: Array
+    slips: NDArray[np.bool_]
 
     def rest(self, factor: float) -> Array:
         """Return what is left, rad, where the simulated lag counts by a factor."""
         return self.left - (factor - 1) * self.lag
+
+    def during(self, windows: NDArray[np.bool_]) -> Slowing:
+        """Return the same of some windows (w,) only."""
+        return Slowing(**{each.name: getattr(self, each.name)[windows] for each in fields(self)})
 
     def misfit(self, factor: float) -> float:
         """Return the sum of squares in units of their standard deviations."""
@@ -96,6 +106,7 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     lag, drag = sense * turned - coasted, coasted - 2 * math.pi * speed * (since - release)
     left = sense * (angle - simulated)
     held = -0.5 * np.clip(since - release, 0.0, None) ** 2
+    caught_up = _caught_up(prediction, time)
     rows = []
     for begin, end in spans:
         inside = (since >= begin) & (since < end)
@@ -103,7 +114,16 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
         rows.append([(begin + end) / 2, *(each[inside].mean() for each in (left, lag, drag, held)), noise])
     middle, apart, behind, dragged, holding, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
-    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, held=holding, sigma=sigma)
+    slips = middle + _WINDOW_S / 2 < caught_up
+    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, held=holding, sigma=sigma, slips=slips)
+
+
+def _caught_up(prediction: Prediction, since: Array) -> float:
+    """Return when the first of the inner rings comes near the shaft's speed, s; infinite where none does."""
+    state, n = prediction.motion.state, prediction.motion.model.n
+    rings, shaft = np.abs(state[:, state_layout.ring_speeds(n)]), np.abs(state[:, state_layout.omega(n)])
+    near = (rings >= _CAUGHT_UP * shaft[:, None]).any(axis=1)
+    return float(since[np.argmax(near)]) if near.any() else math.inf
 
 
 def _coasted(model: DropModel, speed: float, since: Array) -> Array:

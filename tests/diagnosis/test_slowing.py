@@ -10,6 +10,7 @@ from tdbsim.columns import DECAY_RATE, INERTIA, RING_INERTIA
 from tdbsim.machine import Tolerant
 
 from tdbmon.diagnosis.contest import contest
+from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_beside, slowings_of, torques_beside_lag
 from tdbmon.diagnosis.suspects import suspects
@@ -42,7 +43,9 @@ def settled_plain(problem):
 def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
     lag = np.array(lags)
     one = np.ones(len(lag))
-    each = Slowing(time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, held=0 * one, sigma=0.02 * one)
+    each = Slowing(
+        time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, held=0 * one, sigma=0.02 * one, slips=one > 0
+    )
     assert lag_factor([each]) == pytest.approx(factor)
     assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
 
@@ -95,11 +98,36 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     lighter.arrays.spin[INERTIA] *= 1.6
     (said,) = slowing_beside(settled_plain(replace(problem, model=lighter))).remarks
     assert "slow the shaft 1.6" in said or "slow the shaft 1.5" in said
-    assert "polar inertia" in said
     assert "in all drops" in said
+    # the gyroscopic moments, which are as they were, speak against another polar inertia
+    assert "kg m^2 by the machine file) is not the reason" in said
+    assert "nor are the inertias or drags of the inner rings" in said
     one_drop = replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1])
     (said,) = slowing_beside(settled_plain(one_drop)).remarks
     assert "drops" not in said
+
+
+def test_a_polar_inertia_that_is_wrong_shows_in_the_gyroscopic_motion_too(crew):
+    problem = problem_of(crew)
+    heavier = problem.model.copy()
+    heavier.arrays.spin[INERTIA] /= 1.4
+    heavier.arrays.gyro[:] /= 1.4
+    plain = settled_plain(replace(problem, model=heavier))
+    told = polar_inertia(plain)
+    assert told.factor == pytest.approx(1.4, abs=max(0.1, 3 * told.sigma))
+    (said,) = slowing_beside(plain).remarks
+    assert f"is not as the file has it: the shaft's gyroscopic motion wants {told.factor:.2f} times" in said
+    assert "which explains it. The verdict" in said
+
+
+def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew):
+    """While they slip, friction slows the shaft whatever their inertia."""
+    problem = problem_of(crew, seconds=0.5)
+    heavier = problem.model.copy()
+    heavier.arrays.end[:, RING_INERTIA] *= 2.0
+    plain = settled_plain(replace(problem, model=heavier))
+    (said,) = slowing_beside(plain).remarks
+    assert "so that they take less to be turned than the file has it" in said
 
 
 def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
