@@ -7,7 +7,7 @@ from functools import partial
 from tdbmon.analysis.coast_down_times import HALF, TENTH, how_told
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.rundown import RunDown
-from tdbmon.analysis.stated_drag import against_stated, drag_on_rotor, stated_ring_drag
+from tdbmon.analysis.stated_drag import against_stated, drag_on_rotor, load_torque, stated_ring_drag
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
@@ -165,7 +165,8 @@ def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
         )
     whirled = any(whirl.worst is not None for whirl in analysis.whirl.values())
     on_rotor = drag_on_rotor(analysis.machine, rundown.polar_inertia)
-    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, on_rotor, whirled)}"
+    load = load_torque(analysis.machine, analysis.rotor)
+    said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, on_rotor, whirled, load)}"
     return [Row(("Drag of the inner rings by the machine file, all together", said))]
 
 
