@@ -86,7 +86,7 @@ class Integration:
 
 def longest_step(model: DropModel, plan: DropPlan) -> float:
     """Return the greatest usual step of a drop by the splitting, s."""
-    return usual_step(model.machine) if plan.step is None else plan.step
+    return usual_step(model) if plan.step is None else plan.step
 
 
 def check_modes(n: int) -> None:
