@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
-
-import numpy as np
-from numpy.typing import NDArray
 
 from tdbsim.columns import (
     BALL_COUNT,
+    BALL_DAMPING,
     BALL_STIFFNESS,
+    CONTACT_DAMPING,
+    FOUNDATION_DAMPING,
     FOUNDATION_MOBILITY,
     FOUNDATION_STIFFNESS,
     HALF_CLEARANCE,
     RING_MASS,
+    SUPPORT_DAMPING,
     SUPPORT_MASS,
     SUPPORT_XX,
     SUPPORT_XY,
     SUPPORT_YY,
 )
+from tdbsim.errors import InputError
 from tdbsim.machine import TouchdownBearing
 from tdbsim.power_law import scaled_stiffness
 
@@ -27,6 +30,7 @@ if TYPE_CHECKING:
     from tdbsim.drop_model import DropModel
 
 _LONGEST = 25e-6  # s
+_SHORTEST = 1e-8  # s, with which a usual drop takes minutes; no machine asks for it
 _DEPTH = 5e-6  # m, of an ordinary contact
 _TURN = 0.75  # rad, that a ring may swing in a step; beyond, the error grows as the fifth power and more
 _WITH_SHAFT = 1.25  # rad, that ring and shaft may swing on each other: there a first force is right to 0.3 %
@@ -34,27 +38,39 @@ _WITH_SHAFT = 1.25  # rad, that ring and shaft may swing on each other: there a 
 # flight and of long coast-downs are twice the usual one each
 _RINGS = 2.5
 _SHORTER = 1.5  # rad, where that is too much
+# what a damper may take in a step, as exponents of what is left: kicks that go back in time give as much, and multiply errors
+_STRUCK, _ROLLED, _YIELDED = 0.6, 2.8, 8.0
 
 
 def usual_step(model: DropModel) -> float:
     """Return the step, s, at which a drop is right to some nanometres at its first contacts.
 
     It goes by the fastest motions that the splitting does not follow exactly.  Mostly that is the swing of an inner ring on the
-    stiffness of its contact with the shaft: a light ring asks for short steps.  So do a shaft as light as the rings, and a
-    support, a foundation or balls as stiff as if they were rigid: steps are then a whole part of what they were.
+    stiffness of its contact with the shaft: a light ring asks for short steps.  So do a shaft as light as the rings, a
+    support, a foundation or balls as stiff as if they were rigid, and strong dampers: steps are then a whole part of what they
+    were.
+
+    Raises
+    ------
+    InputError
+        If a drop could not be simulated in a reasonable time, which no machine's values ask for.
     """
     ends = model.machine.touchdown_bearings
+    stiffness = [_contact(bearing) for bearing in ends]
     fastest = 0.0
-    for bearing in ends:
-        fastest = max(fastest, math.sqrt(_contact(bearing) / bearing.inner_ring_mass))
+    for bearing, contact in zip(ends, stiffness, strict=True):
+        fastest = max(fastest, math.sqrt(contact / bearing.inner_ring_mass))
     step = min(_LONGEST, _TURN / fastest)
     parts = 1
-    for bearing, row, shape in zip(ends, model.arrays.end, model.arrays.at_end, strict=True):
-        light = float(shape @ shape) + 1 / bearing.inner_ring_mass
-        parts = max(parts, math.ceil(step * math.sqrt(_contact(bearing) * light) / _WITH_SHAFT))
-        turn = step * _fastest_ring(row, _contact(bearing) * _DEPTH / bearing.contact_exponent)
-        if turn > _RINGS:
-            parts = max(parts, math.ceil(turn / _SHORTER))
+    for end, bearing in enumerate(ends):
+        shape, row = model.arrays.at_end[end], model.arrays.end[end].tolist()
+        turns = _turns(row, stiffness[end], bearing.contact_exponent, float(shape @ shape), step)
+        parts = max(parts, *(math.ceil(turn) for turn in turns.values()))
+        if step < _SHORTEST * parts:
+            raise InputError(
+                f"touchdown_bearing '{bearing.name}': with its {max(turns, key=turns.__getitem__)} a drop would take steps of"
+                f" {step / parts:.2g} s, and hours; check these values and their units"
+            )
     return step / parts
 
 
@@ -64,16 +80,32 @@ def _contact(bearing: TouchdownBearing) -> float:
     return exponent * scaled_stiffness(bearing.contact_stiffness, exponent) * _DEPTH ** (exponent - 1)
 
 
-def _fastest_ring(row: NDArray[np.float64], force: float) -> float:
-    """Return the highest natural frequency, rad/s, of an end's rings and foundation under a force, N, on one ball."""
+def _turns(row: Sequence[float], contact: float, exponent: float, own: float, step: float) -> dict[str, float]:
+    """Return what swings or is damped at an end, in how many parts of a step at least.
+
+    `row` : columns of the end; `contact` : stiffness of shaft on ring, N/m; `own` : what a unit of impulse makes of the shaft's
+    velocity there, 1/kg.
+    """
+    ring, outer, base = 1 / row[RING_MASS], 1 / row[SUPPORT_MASS], row[FOUNDATION_MOBILITY]
+    force, light = contact * _DEPTH / exponent, own + ring
+    # stiffness of the balls under that force, or as they are preloaded
     balls = 1.5 * row[BALL_STIFFNESS] ** (2 / 3) * force ** (1 / 3)
     preloaded = 1.5 * row[BALL_STIFFNESS] * math.sqrt(max(-row[HALF_CLEARANCE], 0.0)) * row[BALL_COUNT] / 2
-    balls = max(balls, preloaded)
     middle, half = (row[SUPPORT_XX] + row[SUPPORT_YY]) / 2, (row[SUPPORT_XX] - row[SUPPORT_YY]) / 2
     support = middle + math.hypot(half, row[SUPPORT_XY])
-    foundation = row[FOUNDATION_STIFFNESS]
-    stiffness = np.array(
-        [[balls, -balls, 0.0], [-balls, balls + support, -support], [0.0, -support, support + foundation]]
-    )
-    light = np.sqrt([1 / row[RING_MASS], 1 / row[SUPPORT_MASS], row[FOUNDATION_MOBILITY]])
-    return math.sqrt(float(np.linalg.eigvalsh(stiffness * np.outer(light, light))[-1]))
+    # the squares of all natural frequencies of rings and foundation together, of which the highest is the most
+    squares = max(balls, preloaded) * (ring + outer) + support * (outer + base) + row[FOUNDATION_STIFFNESS] * base
+    swung = step * math.sqrt(squares)
+    return {
+        "contact_stiffness and inner_ring_mass": step * math.sqrt(contact * light) / _WITH_SHAFT,
+        "balls, support_stiffness, inner_ring_mass and support_mass": swung / (_RINGS if swung <= _RINGS else _SHORTER),
+        "contact_stiffness, contact_damping and inner_ring_mass": step
+        * 1.5
+        * row[CONTACT_DAMPING]
+        * force
+        * light
+        / _STRUCK,
+        "ball_damping, inner_ring_mass and support_mass": step * row[BALL_DAMPING] * (ring + outer) / _ROLLED,
+        "support_damping and support_mass": step * row[SUPPORT_DAMPING] * (outer + base) / _YIELDED,
+        "foundation_mode": step * row[FOUNDATION_DAMPING] * base / _YIELDED,
+    }
