@@ -149,6 +149,12 @@ def test_steps_that_would_take_hours(machine, ends, what):
         run(build_model(changed(machine, ends=ends)), DropPlan(100.0, 0.01))
 
 
+def test_steps_that_would_take_hours_do_no_harm_to_other_drops(machine):
+    plan, stiff = DropPlan(100.0, 0.01), changed(machine, ends={"contact_stiffness": 1e18})
+    refused, done = run_each([(build_model(stiff), plan), (build_model(machine), plan)], lambda found: found.plan.speed)
+    assert isinstance(refused, InputError) and done == 100.0
+
+
 def test_a_record_that_no_memory_holds(machine):
     with pytest.raises(InputError, match=r"1e\+09 s at 20000 Hz are 2e\+13 samples, .* GB; .* simulate shorter"):
         simulate(machine, DropPlan(100.0, 1e9))
