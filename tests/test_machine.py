@@ -102,6 +102,7 @@ def test_a_number_is_already_si():
         ),
         ('nominal = "4e3 N s/m"', 'nominal = "-4e3 N s/m"', "damping reaches down to -5200 N s/m"),
         ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
+        ('nominal = "14 s"', 'nominal = "14 us"', "speed_decay_time 1.4e-05 s: no air stops a shaft in less than 1 ms"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "stands upright does not fall"),
         ('rotation = "ccw"', 'rotation = "ccw"\ngravity = -9.81', "gravity -9.81 m/s^2 points down (-y) already"),

@@ -211,7 +211,7 @@ def _fill_slots(draft: Draft, effect: Effect, start: int) -> None:
         for kind in hooks.HOOKS:
             if hasattr(module, kind):
                 if kind in _REACHES:
-                    draft.arrays.end[end, _REACHES[kind]] += effect.reach
+                    draft.arrays.end[end, _REACHES[kind]] += effect.reach(draft, end)
                 elif kind in _FLAGS:
                     draft.arrays.end[end, _FLAGS[kind]] = 1.0
                 else:

@@ -246,9 +246,8 @@ class Effect:
     def modify(self, draft: Draft) -> None:
         """Change the model's numbers in place, before the run."""
 
-    @property
-    def reach(self) -> float:
-        """By how much, m, its hooks ``gap``, ``bore`` and ``ball`` change a distance at most: kernels ask them only within it."""
+    def reach(self, draft: Draft, end: int) -> float:
+        """Return by how much, m, its hooks ``gap``, ``bore`` and ``ball`` change a distance at most; kernels ask them within."""
         return math.inf
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:

@@ -86,7 +86,7 @@ class Integration:
 
 def longest_step(model: DropModel, plan: DropPlan) -> float:
     """Return the greatest usual step of a drop by the splitting, s."""
-    return usual_step(model.machine) if plan.step is None else plan.step
+    return usual_step(model) if plan.step is None else plan.step
 
 
 def check_modes(n: int) -> None:
@@ -100,7 +100,10 @@ def check_modes(n: int) -> None:
 def check_finite(reached: float, times: Array, out: Array) -> None:
     """Raise InputError where a drop by the splitting reached less than its instants, or ended in what is not finite."""
     if reached < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
-        raise InputError(f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller")
+        raise InputError(
+            f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller where it is"
+            " given, or check the machine's stiffnesses, masses and dampings"
+        )
 
 
 def check_open(model: DropModel, reached: float, times: Array, out: Array) -> None:

@@ -21,6 +21,7 @@ _LEAST_FILLED = 0.2  # of the pitch circle by balls
 _RING_WIDTH = 2.0
 _THINNEST, _THICKEST = 1e-3, 5.0  # m: from a dental spindle to the largest generators
 _LONGEST = 30.0  # m, of one section
+_FASTEST_STOP = 1e-3  # s
 _FLAT = 0.99  # for what drawings round: of a thin disc the polar inertia is twice the diametral one, and of none more
 _LOWEST_BALL = 4.37  # times the load over the number of balls is on the lowest one, without clearance (R. Stribeck)
 
@@ -86,6 +87,11 @@ def _check_rotor(rotor: Rotor) -> None:
     decay = rotor.speed_decay_time
     if decay is not None and decay.low <= 0:
         raise InputError(f"[rotor]: speed_decay_time reaches down to {decay.low:g} s; it must stay positive")
+    if decay is not None and decay.nominal < _FASTEST_STOP:
+        raise InputError(
+            f"[rotor]: speed_decay_time {decay.nominal:g} s: no air stops a shaft in less than {_FASTEST_STOP * 1e3:g} ms; is the"
+            " unit right?"
+        )
 
 
 def _check_disks(rotor: Rotor) -> None:

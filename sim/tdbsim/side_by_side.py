@@ -25,10 +25,14 @@ def shared(model: DropModel, plan: DropPlan) -> Hashable:
     """Return what cases have in common that may go side by side, or None where one cannot: the rotor, steps, instants."""
     if plan.method != "splitting" or model.machine.has_heat:
         return None
+    try:
+        step = longest_step(model, plan)
+    except InputError:  # which running it alone tells
+        return None
     arrays = model.arrays
     rotor = b"".join(getattr(arrays, name).tobytes() for name in OF_THE_ROTOR)
     shapes = model.n, arrays.ball_cosine.shape, arrays.magnet.shape
-    return rotor, shapes, longest_step(model, plan), plan.seconds, plan.levitated, plan.sampling
+    return rotor, shapes, step, plan.seconds, plan.levitated, plan.sampling
 
 
 def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:

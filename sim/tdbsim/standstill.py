@@ -10,6 +10,8 @@ from tdbsim.rhs import balls_on_ring
 from tdbsim.support import spring_force
 
 _NUDGE = 1e-10  # m, for slopes by differences
+_LONGEST = 5e-6  # m, of a step
+_STILL = 1e-15  # m; where steps are shorter, rounding has its way
 
 
 @compiled
@@ -34,12 +36,15 @@ def rest(m, end):  # type: ignore[no-untyped-def]
         if abs(dx) + abs(dy) < 1e-13:
             found = True
             break
+    if not found:
+        x, y, found = _sagged(m, end, weight)
 
     # inner ring on the balls: the lowest place of a convex potential, by damped Newton steps that never pass the
     # bottom of their line by much
     u, v = 0.0, -(row[HALF_CLEARANCE] + 2e-5)
     fx, fy = balls_on_ring(m, end, u, v, row[RING_ANGLE])
     seated = False
+    du, dv = 0.0, 0.0
     for _ in range(500):
         if math.hypot(fx, fy - weight) < 1e-9 * weight:
             seated = True
@@ -47,7 +52,7 @@ def rest(m, end):  # type: ignore[no-untyped-def]
         gx, gy = balls_on_ring(m, end, u + _NUDGE, v, row[RING_ANGLE])
         hx, hy = balls_on_ring(m, end, u, v + _NUDGE, row[RING_ANGLE])
         du, dv = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
-        share = min(1.0, 5e-6 / math.hypot(du, dv))
+        share = min(1.0, _LONGEST / math.hypot(du, dv))
         descent = fx * du + (fy - weight) * dv
         for _ in range(60):
             kx, ky = balls_on_ring(m, end, u + share * du, v + share * dv, row[RING_ANGLE])
@@ -57,7 +62,45 @@ def rest(m, end):  # type: ignore[no-untyped-def]
         u += share * du
         v += share * dv
         fx, fy = kx, ky
+    if not seated:  # a light ring that strong balls hold: its weight is lost in the rounding of their loads
+        seated = math.hypot(du, dv) < _STILL
     return x + u, y + v + base, x, y + base, 0.0, base, found and seated
+
+
+@compiled
+def _sagged(m, end, weight):  # type: ignore[no-untyped-def]
+    """Return where the outer ring rests on its spring, and whether it was found, where plain Newton steps do not end.
+
+    They do not where a spring soft within its play meets its seat: here no step is long, nor passes the bottom of its line by
+    much.
+    """
+    x, y = 0.0, 0.0
+    fx, fy = spring_force(m.end, m.effect, end, x, y)
+    for _ in range(1000):
+        if math.hypot(fx, fy - weight) < 1e-9 * weight:
+            return x, y, True
+        gx, gy = spring_force(m.end, m.effect, end, x + _NUDGE, y)
+        hx, hy = spring_force(m.end, m.effect, end, x, y + _NUDGE)
+        dx, dy = _newton(fx, fy - weight, gx - fx, gy - fy, hx - fx, hy - fy)
+        descent = fx * dx + (fy - weight) * dy
+        length = math.hypot(dx, dy)
+        if length < _STILL:
+            return x, y, True
+        share = min(1.0, _LONGEST / length)
+        if not descent > 0.0:  # the spring yields across: go where the force points
+            dx, dy = fx, fy - weight
+            descent = dx * dx + dy * dy
+            share = _LONGEST / math.sqrt(descent)
+        kx, ky = fx, fy
+        for _ in range(60):
+            kx, ky = spring_force(m.end, m.effect, end, x + share * dx, y + share * dy)
+            if kx * dx + (ky - weight) * dy >= -0.5 * descent:
+                break
+            share *= 0.5
+        x += share * dx
+        y += share * dy
+        fx, fy = kx, ky
+    return x, y, False
 
 
 @compiled

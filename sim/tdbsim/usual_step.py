@@ -3,24 +3,109 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
-from tdbsim.machine import Machine
+from tdbsim.columns import (
+    BALL_COUNT,
+    BALL_DAMPING,
+    BALL_STIFFNESS,
+    CONTACT_DAMPING,
+    FOUNDATION_DAMPING,
+    FOUNDATION_MOBILITY,
+    FOUNDATION_STIFFNESS,
+    HALF_CLEARANCE,
+    RING_MASS,
+    SUPPORT_DAMPING,
+    SUPPORT_MASS,
+    SUPPORT_XX,
+    SUPPORT_XY,
+    SUPPORT_YY,
+)
+from tdbsim.errors import InputError
+from tdbsim.machine import TouchdownBearing
 from tdbsim.power_law import scaled_stiffness
 
+if TYPE_CHECKING:
+    from tdbsim.drop_model import DropModel
+
 _LONGEST = 25e-6  # s
+_SHORTEST = 1e-8  # s, with which a usual drop takes minutes; no machine asks for it
 _DEPTH = 5e-6  # m, of an ordinary contact
 _TURN = 0.75  # rad, that a ring may swing in a step; beyond, the error grows as the fifth power and more
+_WITH_SHAFT = 1.25  # rad, that ring and shaft may swing on each other: there a first force is right to 0.3 %
+# rad, that the rings may swing on balls, support and foundation; a step of three times as much runs away, and those in free
+# flight and of long coast-downs are twice the usual one each
+_RINGS = 2.5
+_SHORTER = 1.5  # rad, where that is too much
+# what a damper may take in a step, as exponents of what is left: kicks that go back in time give as much, and multiply errors
+_STRUCK, _ROLLED, _YIELDED = 0.6, 2.8, 8.0
 
 
-def usual_step(machine: Machine) -> float:
+def usual_step(model: DropModel) -> float:
     """Return the step, s, at which a drop is right to some nanometres at its first contacts.
 
-    It goes by the fastest motion that the splitting does not follow exactly, the swing of an inner ring on the stiffness of
-    its contact with the shaft: a light ring asks for short steps.
+    It goes by the fastest motions that the splitting does not follow exactly.  Mostly that is the swing of an inner ring on the
+    stiffness of its contact with the shaft: a light ring asks for short steps.  So do a shaft as light as the rings, a
+    support, a foundation or balls as stiff as if they were rigid, and strong dampers: steps are then a whole part of what they
+    were.
+
+    Raises
+    ------
+    InputError
+        If a drop could not be simulated in a reasonable time, which no machine's values ask for.
     """
+    ends = model.machine.touchdown_bearings
+    stiffness = [_contact(bearing) for bearing in ends]
     fastest = 0.0
-    for bearing in machine.touchdown_bearings:
-        exponent = bearing.contact_exponent
-        stiffness = exponent * scaled_stiffness(bearing.contact_stiffness, exponent) * _DEPTH ** (exponent - 1)
-        fastest = max(fastest, math.sqrt(stiffness / bearing.inner_ring_mass))
-    return min(_LONGEST, _TURN / fastest)
+    for bearing, contact in zip(ends, stiffness, strict=True):
+        fastest = max(fastest, math.sqrt(contact / bearing.inner_ring_mass))
+    step = min(_LONGEST, _TURN / fastest)
+    parts = 1
+    for end, bearing in enumerate(ends):
+        shape, row = model.arrays.at_end[end], model.arrays.end[end].tolist()
+        turns = _turns(row, stiffness[end], bearing.contact_exponent, float(shape @ shape), step)
+        parts = max(parts, *(math.ceil(turn) for turn in turns.values()))
+        if step < _SHORTEST * parts:
+            raise InputError(
+                f"touchdown_bearing '{bearing.name}': with its {max(turns, key=turns.__getitem__)} a drop would take steps of"
+                f" {step / parts:.2g} s, and hours; check these values and their units"
+            )
+    return step / parts
+
+
+def _contact(bearing: TouchdownBearing) -> float:
+    """Return the stiffness of an ordinary contact of shaft and ring, N/m."""
+    exponent = bearing.contact_exponent
+    return exponent * scaled_stiffness(bearing.contact_stiffness, exponent) * _DEPTH ** (exponent - 1)
+
+
+def _turns(row: Sequence[float], contact: float, exponent: float, own: float, step: float) -> dict[str, float]:
+    """Return what swings or is damped at an end, in how many parts of a step at least.
+
+    `row` : columns of the end; `contact` : stiffness of shaft on ring, N/m; `own` : what a unit of impulse makes of the shaft's
+    velocity there, 1/kg.
+    """
+    ring, outer, base = 1 / row[RING_MASS], 1 / row[SUPPORT_MASS], row[FOUNDATION_MOBILITY]
+    force, light = contact * _DEPTH / exponent, own + ring
+    # stiffness of the balls under that force, or as they are preloaded
+    balls = 1.5 * row[BALL_STIFFNESS] ** (2 / 3) * force ** (1 / 3)
+    preloaded = 1.5 * row[BALL_STIFFNESS] * math.sqrt(max(-row[HALF_CLEARANCE], 0.0)) * row[BALL_COUNT] / 2
+    middle, half = (row[SUPPORT_XX] + row[SUPPORT_YY]) / 2, (row[SUPPORT_XX] - row[SUPPORT_YY]) / 2
+    support = middle + math.hypot(half, row[SUPPORT_XY])
+    # the squares of all natural frequencies of rings and foundation together, of which the highest is the most
+    squares = max(balls, preloaded) * (ring + outer) + support * (outer + base) + row[FOUNDATION_STIFFNESS] * base
+    swung = step * math.sqrt(squares)
+    return {
+        "contact_stiffness and inner_ring_mass": step * math.sqrt(contact * light) / _WITH_SHAFT,
+        "balls, support_stiffness, inner_ring_mass and support_mass": swung / (_RINGS if swung <= _RINGS else _SHORTER),
+        "contact_stiffness, contact_damping and inner_ring_mass": step
+        * 1.5
+        * row[CONTACT_DAMPING]
+        * force
+        * light
+        / _STRUCK,
+        "ball_damping, inner_ring_mass and support_mass": step * row[BALL_DAMPING] * (ring + outer) / _ROLLED,
+        "support_damping and support_mass": step * row[SUPPORT_DAMPING] * (outer + base) / _YIELDED,
+        "foundation_mode": step * row[FOUNDATION_DAMPING] * base / _YIELDED,
+    }

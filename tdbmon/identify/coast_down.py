@@ -107,7 +107,7 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
     shared, own = problem.values(calibration.point, drop)
     model, effects = problem.setting(shared, own, drop)
     since = measured.interval * np.arange(round((measured.time[-1] - measured.time[0]) / measured.interval) + 1)
-    plan = replace(drop_plan(measured, own, 0, len(since)), step=_LONGER * usual_step(machine))
+    plan = replace(drop_plan(measured, own, 0, len(since)), step=_LONGER * usual_step(model))
     began = clock.thread_time()
     places, angle, omega = _simulate(model, plan, since)
     took = clock.thread_time() - began

@@ -228,7 +228,7 @@ def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Tra
     try:
         model, _ = problem.setting(shared, own, drop)
         plan = _lasting(problem.drops[drop], own, seconds)
-        step = _FINER * usual_step(problem.model.machine)
+        step = _FINER * usual_step(model)
         return run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING), step=step))
     except InputError:
         return None

@@ -146,3 +146,22 @@ def test_the_radial_law_changes_the_distance_alone(machine):
         assert (nx, ny) == pytest.approx((math.cos(azimuth), math.sin(azimuth)), abs=1e-12)
         assert depth == pytest.approx(2e-5 - 20e-6 * math.cos(2 * (azimuth - 0.6)), abs=1e-15)
         assert swing == 0.0
+
+
+@pytest.mark.parametrize(
+    ("identifier", "values", "gap"),
+    [
+        ("ring_out_of_round", {"amplitude": 10e-6, "order": 8, "law": "normal"}, 2.5e-4),
+        ("ring_out_of_round", {"amplitude": 20e-6, "order": 5, "law": "normal"}, 2.5e-4),
+        ("oval_clearance", {"amplitude": 40e-6, "angle": 0.6, "law": "normal"}, 6e-5),
+    ],
+)
+def test_a_bore_with_sharp_lobes_is_met_at_the_nearest(machine, identifier, values, gap):
+    """Where lobes are more sharply bent than the rotor it is near to several of them, and touches the nearest."""
+    p = _row(machine, identifier, **values)
+    around = np.linspace(-math.pi, math.pi, 7201)
+    bore = np.array([gap + hooks.gap(each, 0.0, p)[0] + hooks.bore(each, p)[0] for each in around])
+    for azimuth in AZIMUTHS + 0.01:
+        x, y = 1.01 * gap * math.cos(azimuth), 1.01 * gap * math.sin(azimuth)
+        nearest = np.max(x * np.cos(around) + y * np.sin(around) - bore)
+        assert touch_shaped(x, y, gap, 0.0, 0.0, p)[2] == pytest.approx(nearest, abs=1e-9)

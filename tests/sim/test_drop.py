@@ -13,8 +13,10 @@ from scipy.optimize import brentq
 from tdbsim import state_layout
 from tdbsim.drop_model import build_model
 from tdbsim.drop_record import drop_record
-from tdbsim.simulate import DropPlan, pieces, run, simulate
+from tdbsim.simulate import DropPlan, initial_state, pieces, run, simulate
 from tdbsim.state_layout import LEDGER
+from tdbsim.stated_effects import parse
+from tdbsim.support import spring_force
 from warm_machine import with_heat
 
 MODES = pytest.mark.parametrize("bending", [4, 12, 16])  # few; those of fits; those of a simulation
@@ -364,3 +366,38 @@ def test_a_peak_says_of_what_it_is(machine, method, says):
     assert drop["peak_normal_force"].attrs["long_name"] == says
     assert (drop["peak_normal_force"].values >= sampled).all()
     assert method == "splitting" or (drop["peak_normal_force"].values == sampled).all()
+
+
+@pytest.mark.parametrize(
+    ("mass", "stiffness", "effects"),
+    [
+        (
+            0.166,
+            1.08e8,
+            ["loose_support:where=NDE,play=10.128 um,stiffness_ratio=0.001816",
+             "support_anisotropy:where=NDE,ratio=0.05976,direction=-43.94 deg"],
+        ),
+        (
+            4.958,
+            1.3814891892e7,
+            ["loose_support:where=NDE,play=172.095 um,stiffness_ratio=0.008233",
+             "support_anisotropy:where=NDE,ratio=5.684,direction=-124.275 deg"],
+        ),
+    ],
+)  # fmt: skip
+def test_rest_on_a_support_that_is_loose_and_softer_one_way(machine, mass, stiffness, effects):
+    """Newton steps alone jump to and fro between the play and the seat, and a machine that can be was refused."""
+    ends = {"inner_ring_mass": mass, "support_stiffness": exactly(stiffness)}
+    model = build_model(changed(machine, ends=ends), [parse(each) for each in effects])
+    start, at = initial_state(model, DropPlan(0.0)), state_layout.bodies(model.n, 0) + 2
+    force = spring_force(model.arrays.end, model.arrays.effect, 0, *start[at : at + 2])
+    assert force == pytest.approx((0.0, mass * machine.gravity), abs=1e-6)
+
+
+def test_rest_of_a_light_ring_that_stiff_balls_hold(machine):
+    """Its weight of 20 mN is lost in the rounding of the balls' loads of 100 kN: no reason to refuse it."""
+    balls = machine.touchdown_bearings[0].balls.model_copy(update={"stated_stiffness": 6.5e12, "count": 23})
+    ends = {"inner_ring_mass": 0.002, "balls": balls}
+    model = build_model(changed(machine, ends=ends), [parse("off_sized_ball:where=NDE,deviation=41 um,ball=19")])
+    start, at = initial_state(model, DropPlan(0.0)), state_layout.bodies(model.n, 0)
+    assert np.hypot(*(start[at : at + 2] - start[at + 2 : at + 4])) < 5e-5

@@ -136,6 +136,25 @@ def test_steps_that_cannot_converge(machine):
         simulate(machine, DropPlan(150.0, 0.05, method="dormand_prince", tolerance=1e-30))
 
 
+@pytest.mark.parametrize(
+    ("ends", "what"),
+    [
+        ({"contact_stiffness": 1e18}, "contact_stiffness, contact_damping and inner_ring_mass"),
+        ({"support_mass": 1e-9}, "support_damping and support_mass"),
+    ],
+)
+def test_steps_that_would_take_hours(machine, ends, what):
+    """As of a value in another unit: nothing told of it, and the drop went on and on."""
+    with pytest.raises(InputError, match=f"'NDE': with its {what} a drop would take steps of .* s, and hours; check"):
+        run(build_model(changed(machine, ends=ends)), DropPlan(100.0, 0.01))
+
+
+def test_steps_that_would_take_hours_do_no_harm_to_other_drops(machine):
+    plan, stiff = DropPlan(100.0, 0.01), changed(machine, ends={"contact_stiffness": 1e18})
+    refused, done = run_each([(build_model(stiff), plan), (build_model(machine), plan)], lambda found: found.plan.speed)
+    assert isinstance(refused, InputError) and done == 100.0
+
+
 def test_a_record_that_no_memory_holds(machine):
     with pytest.raises(InputError, match=r"1e\+09 s at 20000 Hz are 2e\+13 samples, .* GB; .* simulate shorter"):
         simulate(machine, DropPlan(100.0, 1e9))

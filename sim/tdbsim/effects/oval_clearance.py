@@ -40,8 +40,7 @@ class OvalClearance(Effect):
     )
     law: str = choice(("radial", "normal"), "direction of the normal force")
 
-    @property
-    def reach(self) -> float:
+    def reach(self, draft: Draft, end: int) -> float:
         return abs(self.amplitude)
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:

@@ -48,13 +48,11 @@ class RaceWaviness(Effect):
     )
     race: str = choice(("inner", "outer"), "the race that is wavy; the inner one turns with the ring")
 
-    @property
-    def reach(self) -> float:
-        return abs(self.amplitude)
+    def reach(self, draft: Draft, end: int) -> float:
+        return self.amplitude / math.cos(draft.machine.touchdown_bearings[end].balls.contact_angle)
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        angle = draft.machine.touchdown_bearings[end].balls.contact_angle
-        return self.amplitude / math.cos(angle), self.order, self.phase, 1.0 if self.race == "inner" else 0.0
+        return self.reach(draft, end), self.order, self.phase, 1.0 if self.race == "inner" else 0.0
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
