@@ -13,6 +13,7 @@ from tdbsim.errors import InputError
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
 
+_DAY = re.compile(r"^(\d{1,2}-[A-Za-z]{3}-)(\d{2})(?!\d)")
 _TIME_RESPONSE, _TIME_AXIS, _EVEN = 1, 17, 1
 
 
@@ -36,7 +37,12 @@ class UFF58:
         names = _names(responses)
         channels = tuple(_channel(entry, name, path) for entry, name in zip(responses, names, strict=True))
         first = responses[0]
-        return Content(channels, _text(first, "id2"), _text(first, "id3"), _cut_off(path))
+        return Content(channels, _text(first, "id2"), _dated(_text(first, "id3")), _cut_off(path))
+
+
+def _dated(text: str) -> str:
+    """Return the date of a data set with its year in full: the format has DD-MMM-YY, which elsewhere may be YY-MMM-DD."""
+    return _DAY.sub(lambda found: f"{found[1]}{'19' if found[2] >= '70' else '20'}{found[2]}", text)
 
 
 def _cut_off(path: Path) -> str:
