@@ -20,6 +20,7 @@ from tdbmon.sha256 import sha256_of
 _COUNTED = "the file's times repeat themselves: counted by the rate that it states"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
+_OVERLOAD = 9.8e37  # above, an instrument means that it was overloaded (9.9e37) or has no value (9.91e37), by SCPI
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
 
@@ -168,6 +169,8 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
         physical = values.astype(np.float64)
+        if values.dtype.kind == "f" and (beyond := np.abs(physical) > _OVERLOAD).any():
+            physical[beyond] = np.inf * np.sign(physical[beyond])
         if scale != 1.0:
             physical *= scale
         if offset != 0.0:

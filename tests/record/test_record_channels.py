@@ -39,3 +39,9 @@ def test_no_channel_takes_the_place_of_another(tmp_path):
 def test_every_channel_has_as_many_samples_as_its_time(tmp_path):
     with pytest.raises(InputError, match="channel 'B' has 3 samples but 5 times"):
         made(tmp_path, channel("A"), channel("B", (1.0, 2.0, 3.0)))
+
+
+def test_an_overload_of_an_instrument_is_infinite(tmp_path: Path) -> None:
+    """SCPI has 9.9e37 for it; a probe was said to be written in another unit, as it moved by 1e35 mm."""
+    record = made(tmp_path, channel("NDE_A", (1.0, 9.9e37, -9.9e37, 1e30, 5.0)))
+    np.testing.assert_array_equal(record["NDE_A"].values, np.array([1.0, np.inf, -np.inf, 1e30, 5.0]) * 1e-6)
