@@ -22,7 +22,7 @@ _COUNTED = "the file's times repeat themselves: counted by the rate that it stat
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
 _FEW = 0.01  # of the samples: more that repeat themselves come of stamps that are too coarse
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
-_OVERLOAD = 9.8e37  # above, an instrument means that it was overloaded (9.9e37) or has no value (9.91e37), by SCPI
+_OVERLOAD = (9.89e37, 9.92e37)  # by SCPI an instrument was overloaded (9.9e37), or has no value (9.91e37)
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
 
@@ -171,7 +171,8 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
         physical = values.astype(np.float64)
-        if values.dtype.kind == "f" and (beyond := np.abs(physical) > _OVERLOAD).any():
+        size = np.abs(physical)
+        if (beyond := (size > _OVERLOAD[0]) & (size < _OVERLOAD[1])).any():
             physical[beyond] = np.inf * np.sign(physical[beyond])
         if scale != 1.0:
             physical *= scale

@@ -627,3 +627,23 @@ def test_times_of_a_parquet_table_are_durations_or_count_from_the_first_moment(t
     pyarrow.parquet.write_table(pyarrow.table({**table, "B": np.arange(5.0)}), tmp_path / "a.parquet")
     record = read(tmp_path / "a.parquet")
     np.testing.assert_allclose(record[record["B"].dims[0]].values, 0.2 + np.arange(5) / 1000)
+
+
+def test_the_axis_of_a_waveform_has_its_unit(tmp_path: Path) -> None:
+    """Times in ms were read as s, and a spectrum as a record."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    def waveform(name: str, step: float, unit: str) -> ChannelObject:
+        axis = {"wf_increment": step, "wf_start_offset": 0.0, "wf_xunit_string": unit}
+        return ChannelObject("g", name, np.arange(9.0), axis)
+
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([waveform("A", 0.5, "ms"), waveform("B", 5e-4, "s"), waveform("C", 2.0, "Hz")])
+    record = read(tmp_path / "a.tdms")
+    assert set(record.data_vars) == {"A", "B"}
+    assert record["A"].dims == record["B"].dims
+    assert record.attrs["left_out"] == {"C": "it lies along an axis in Hz, not along time"}
+    samples.write_uff(tmp_path / "a.uff", samples.signals(20))
+    text = (tmp_path / "a.uff").read_text()
+    (tmp_path / "a.uff").write_text(text.replace("NONE                 s  ", "NONE                 ms "))
+    np.testing.assert_allclose(read(tmp_path / "a.uff")["time"].values, 1e-3 * np.arange(20) / samples.RATE, atol=1e-12)

@@ -13,7 +13,7 @@ import numpy as np
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
 from tdbmon.record.formats.stored_size import check_size
-from tdbmon.record.timebase import is_time_name
+from tdbmon.record.timebase import is_time_name, time_factor
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
 _FIRST_DATE = np.datetime64("1980-01-01")  # LabVIEW writes 1904-01-01 where no start is known
@@ -78,6 +78,7 @@ class _Series:
     began: np.datetime64 | None
     description: str
     moments: bool  # seconds since `began`
+    fault: str  # of a waveform, as a spectrum is one
 
 
 def _series(group: Any) -> list[_Series]:
@@ -87,6 +88,8 @@ def _series(group: Any) -> list[_Series]:
         unit, began = str(properties.get("unit_string", "")), properties.get("wf_start_time")
         if values.size == 0:
             continue
+        axis = str(properties.get("wf_xunit_string") or "s")
+        factor = time_factor(axis) if properties.get("wf_increment") else 1.0
         moments = values.dtype.kind == "M"
         if moments:  # a channel of moments is a time
             began, values, unit = values[0], (values - values[0]) / np.timedelta64(1, "s"), "s"
@@ -99,11 +102,12 @@ def _series(group: Any) -> list[_Series]:
                 channel.name,
                 values,
                 unit,
-                float(properties.get("wf_increment") or 0.0),
-                float(properties.get("wf_start_offset") or 0.0),
+                float(properties.get("wf_increment") or 0.0) * (factor or 1.0),
+                float(properties.get("wf_start_offset") or 0.0) * (factor or 1.0),
                 began if isinstance(began, np.datetime64) else None,
                 str(properties.get("description") or ""),
                 moments,
+                "" if factor is not None else f"it lies along an axis in {axis}, not along time",
             )
         )
     return found
@@ -129,6 +133,7 @@ def _waveforms(
                     interval=entry.interval,
                     long_name=entry.description,
                     group=group,
+                    fault=entry.fault,
                 )
             )
     return tuple(channels)
