@@ -10,6 +10,7 @@ from tdbmon.estimate import Z95, Estimate
 _COMPARED = 60  # pulses: few carry all that the comparison needs
 _FEWEST = 24  # block means
 _MISCOUNTED = 0.5  # turns
+_LEAP, _OUT = 0.03, 10.0  # turns, and standard deviations of the others
 
 
 def compare_with_pulses(
@@ -20,7 +21,8 @@ def compare_with_pulses(
     Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.  The rounding to
     samples is not random where a turn lasts nearly whole samples: it may drift by one over the train, by which the interval of
     the ratio is wider.  A miscounted turn, as of pulses shorter than a sample, would pass for a share of the scale: where the
-    two part by half a turn from one pulse to the next, there is no ratio.
+    two part by half a turn from one pulse to the next, there is no ratio; nor where samples that were lost make them leap
+    apart by less.
 
     Parameters
     ----------
@@ -62,11 +64,12 @@ def compare_with_pulses(
     columns = np.column_stack([counted, np.ones(len(times)), *([since] if with_zero else [])])
     weight = np.linalg.inv(np.linalg.cholesky(covariance))
     solution, *_ = np.linalg.lstsq(weight @ columns, weight @ turned, rcond=None)
-    parted = np.abs(each @ [solution[0], -1.0, solution[2] if with_zero else 0.0]) > _MISCOUNTED
+    apart = each @ [solution[0], -1.0, solution[2] if with_zero else 0.0]
+    parted = (np.abs(apart) > _MISCOUNTED) | _leapt(apart, each[:, 2], float(speeds[0]) * step)
     if parted.any():
         why = (
             f"the keyphasor's pulses are not one a turn by the speed signal in {parted.sum()} of {len(parted)} intervals, the"
-            f" first at {turns.begin[parted][0]:.4g} s: some were missed or surplus"
+            f" first at {turns.begin[parted][0]:.4g} s: some were missed or surplus, or samples were lost there"
         )
         return Estimate.missing("1", why), None
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
@@ -75,3 +78,13 @@ def compare_with_pulses(
     half += delay * abs(float(speeds[0] - speeds[-1])) / float(counted[-1])
     ratio = Estimate(value, value - half, value + half, "1", method)
     return ratio, (float(solution[2]), float(sigma[2])) if with_zero else None
+
+
+def _leapt(apart: np.ndarray, seconds: np.ndarray, sample: float) -> np.ndarray:
+    """Return which intervals (n,) part far more than the others, where `sample` is a sample in turns.
+
+    Long ones, of a shaft that comes to rest, are not judged: they hold more of the signal's noise.
+    """
+    off = np.abs(apart - np.median(apart))
+    limit = max(_LEAP, 3 * sample, _OUT * 1.4826 * float(np.median(off)))
+    return np.asarray((off > limit) & (seconds < 2 * np.median(seconds)))

@@ -13,13 +13,16 @@ import xarray as xr
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
+from tdbmon.quantity import counted
 from tdbmon.record.date import iso_date
 from tdbmon.record.timebase import LONG
 from tdbmon.sha256 import sha256_of
 
 _COUNTED = "the file's times repeat themselves: counted by the rate that it states"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
+_FEW = 0.01  # of the samples: more that repeat themselves come of stamps that are too coarse
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
+_OVERLOAD = (9.89e37, 9.92e37)  # by SCPI an instrument was overloaded (9.9e37), or has no value (9.91e37)
 _ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
 
 
@@ -168,6 +171,9 @@ def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
         physical = values.astype(np.float64)
+        size = np.abs(physical)
+        if (beyond := (size > _OVERLOAD[0]) & (size < _OVERLOAD[1])).any():
+            physical[beyond] = np.inf * np.sign(physical[beyond])
         if scale != 1.0:
             physical *= scale
         if offset != 0.0:
@@ -321,20 +327,28 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
         raise InputError(
             f"{path}: the time of sample {bad[0] + 1} is no number; repair the time of channel '{channel.name}'"
         )
-    back = np.flatnonzero(np.diff(time) <= 0)
+    steps = np.diff(time)
+    back = np.flatnonzero(steps <= 0)
     if back.size:
         at = int(back[0])
-        step = time[at + 1] - time[at]
-        why = (
-            f"it repeats: the time may have been written with too few digits{_other_length(channel, time)}"
-            if step == 0
-            else "it runs backwards: pieces may have been joined in the wrong order"
-        )
         raise InputError(
             f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s);"
-            f" {why}; export it again{_OR_RATE if step == 0 else ''} (channel '{channel.name}')"
+            f" {_why_not_on(channel, time, steps, at)} (channel '{channel.name}')"
         )
     return time
+
+
+def _why_not_on(channel: Channel, time: np.ndarray, steps: np.ndarray, at: int) -> str:
+    """Say why times do not go on after a sample, with the cure."""
+    repeated = int(np.sum(steps == 0))
+    if steps[at] == 0 and repeated <= _FEW * time.size and steps.min() == 0:
+        return f"{counted(repeated, 'sample')} of {time.size} may be there twice: delete what is, or export it again"
+    if steps[at] == 0:
+        other = _other_length(channel, time)
+        return f"it repeats: the time may have been written with too few digits{other}; export it again{_OR_RATE}"
+    if time[at + 1] <= time[0]:
+        return "it begins anew: the file may hold several records; give one alone"
+    return "it runs backwards: samples may be there twice, or pieces joined in the wrong order; export it again"
 
 
 def _other_length(channel: Channel, time: np.ndarray) -> str:

@@ -18,6 +18,7 @@ _WINDOW = 9  # pulses around an interval that tell what is usual there
 _SHORT = 0.6  # of the usual interval: below, a pulse is one too many
 _LONG = 1.5  # times the usual interval: above, a pulse was missed
 _NO_LEVELS = 0.3  # of the difference of the levels: noise alone, cut at its middle, scatters by 0.37 around the two
+_LONE, _BRIEF = 5, 20  # spikes at most, and samples that one lasts
 _WIDE = 0.1  # of the pulses; if no more have two samples, most are shorter than one
 _BOUNCE = 0.1  # of the long intervals around: an edge that follows so soon belongs to the same pulse
 # quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
@@ -246,6 +247,8 @@ def _levels(values: np.ndarray) -> tuple[float, float] | None:
     smallest, largest = float(values.min()), float(values.max())
     low, high = (float(q) for q in np.quantile(values, (0.001, 0.999)))
     if high - low < 0.2 * (largest - smallest):  # pulses in less than a thousandth of the samples
+        if (found := _beside_spikes(values)) is not None:
+            return found
         low, high = smallest, largest
     if not high > low:
         return None
@@ -255,6 +258,20 @@ def _levels(values: np.ndarray) -> tuple[float, float] | None:
             return None
         low, high = float(np.median(values[~above])), float(np.median(values[above]))
     return low, high
+
+
+def _beside_spikes(values: np.ndarray) -> tuple[float, float] | None:
+    """Return the levels of pulses beside which a few spikes, as of the trip itself, are far higher; None without both."""
+    above = values > (float(values.min()) + float(values.max())) / 2
+    spikes = above if above.mean() < 0.5 else ~above
+    if len(runs_of(spikes)) > _LONE or runs_of(spikes).longest > _BRIEF:
+        return None
+    found = _levels(values[~spikes])
+    if found is None:
+        return None
+    level = (values[~spikes] - found[0]) / (found[1] - found[0])
+    pulsed = len(runs_of(level > 0.5)) > max(_WINDOW, 2 * len(runs_of(spikes)))
+    return found if pulsed and _noise_of(level) < _NO_LEVELS else None
 
 
 def _edges(time: np.ndarray, level: np.ndarray, noise: float) -> tuple[np.ndarray, float | None]:

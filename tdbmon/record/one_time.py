@@ -18,6 +18,7 @@ from tdbmon.record.timebase import LONG, usual_interval
 
 _ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
 _EXACT = 1e-3  # of an interval: so near, a sample stands for the wanted time
+_APART = 0.05  # of an interval, by which two clocks part over a record: less is rounding of their stamps
 _LEAST = 0.5  # of the record: a probe that has less is not worth cutting the others to it
 _MANY = 0.01  # of the record: to lose less is of no account
 # m/s^2, of a shaft in a hard contact: one that fell through 250 um at 0.07 m/s and is off again after 2 ms has 110 m/s^2, where
@@ -160,8 +161,12 @@ def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, c
 def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> Check:
     usual = _interval(common)
     late = (own[0] - common[0] + usual / 2) % usual - usual / 2
+    drift = (_interval(own) / usual - 1) * (own[-1] - own[0])
+    when = f"{abs(late) * 1e6:.3g} us {'after' if late > 0 else 'before'} {lead}"
+    if abs(drift) > _APART * usual:
+        when = f"by a clock that parts from that of {lead} by {abs(drift) * 1e6:.3g} us over the record"
     detail = (
-        f"is sampled {abs(late) * 1e6:.3g} us {'after' if late > 0 else 'before'} {lead}: it is read at the times of"
+        f"is sampled {when}: it is read at the times of"
         f" {lead} by straight lines between its samples, right to {HARD_CONTACT * usual**2 / 8 * 1e6:.2g} um"
         f" at {HARD_CONTACT:g} m/s^2, as in a hard contact"
     )

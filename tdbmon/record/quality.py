@@ -10,6 +10,7 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.quantity import counted, percent
 from tdbmon.record import faults
 from tdbmon.record.bandwidth import check_bandwidth
+from tdbmon.record.broken_turn import broken_turn_checks
 from tdbmon.record.date import unread_date
 from tdbmon.record.direction_checks import fall_directions, motions_of, whirl_directions
 from tdbmon.record.finding import Check
@@ -101,6 +102,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += fall_directions(ds, machine)
     if marks is not None:
         found.append(_keyphasor(ds, machine, marks))
+        found += broken_turn_checks(marks, ds[ds["keyphasor"].dims[0]].values)
     found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))

@@ -16,10 +16,12 @@ from tdbsim.machine import Machine
 from tdbmon.record.direction_checks import STANDS, motions_of
 from tdbmon.record.finding import Check
 from tdbmon.record.held_end import Path, falls_at, middle
+from tdbmon.record.timebase import usual_interval
 from tdbmon.runs import runs_of
 
 _HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
 _HOVERS_S = 0.07  # longer than any bounce lasts or swing goes so high
+_FEWEST = 20  # samples in that time, without which it is not that long: times in ms read as s have two
 _NEAR = 0.1  # of the gap, beyond the levitated orbit, within which it hovers where it levitated
 _LAY = 0.7  # of the gap, as deep as it was for half of the time between fall and lift: behind a high-pass it is a third
 _LEAVES = 0.25  # of the gap above that: then it is on its way up
@@ -48,7 +50,8 @@ def _lifted(ds: xr.Dataset, machine: Machine) -> tuple[float, float] | None:
     if machine.gravity <= 0:
         return None
     motions = motions_of(ds, machine)
-    found = [each for end in motions if (each := _of_end(motions, end, machine)) is not None]
+    swift = [end for end, (time, _) in motions.items() if len(time) > 1 and _FEWEST * usual_interval(time) < _HOVERS_S]
+    found = [each for end in swift if (each := _of_end(motions, end, machine)) is not None]
     return min(found, default=None)
 
 

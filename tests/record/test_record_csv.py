@@ -441,3 +441,65 @@ def test_seconds_of_an_epoch_have_the_rate_that_they_were_sampled_at(tmp_path: P
     path = tmp_path / "epoch.csv"
     path.write_text("time;A\n" + "".join(f"{1773219600 + k * 50e-6:.6f};{k % 7}\n" for k in range(2000)))
     assert inspect(path).channels[0].rate_hz == pytest.approx(20000.0, rel=1e-5)
+
+
+@pytest.mark.parametrize("second", ["Zeit B", "Time_speed"])
+def test_a_second_column_of_moments_is_the_time_of_what_follows(second: str, tmp_path: Path) -> None:
+    """The speed, sampled at another rate from 0.25 s on, had the probe's times."""
+    rows = [f"Zeit A;NDE_A [um];{second};speed [Hz]"]
+    for k in range(10):
+        late = f"11.03.2026 09:00:00,{250 + 2 * k:03d};{90 + k}" if k < 5 else ";"
+        rows.append(f"11.03.2026 09:00:00,{k:03d};{k};{late}")
+    record = _read(tmp_path, "\n".join(rows) + "\n")
+    assert set(record.data_vars) == {"NDE_A", "speed"}
+    np.testing.assert_allclose(record[record["speed"].dims[0]].values, 0.25 + 2e-3 * np.arange(5))
+    np.testing.assert_allclose(record[record["NDE_A"].dims[0]].values, 1e-3 * np.arange(10))
+
+
+def test_a_second_time_is_known_by_its_name_and_unit_between_channels(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 10},{k},{k / 5 + 3},{k},{k}\n" for k in range(10))
+    record = _read(tmp_path, f"t_probe [s],NDE_A [um],t_speed [s],speed [Hz],V\n{rows}")
+    np.testing.assert_allclose(record[record["speed"].dims[0]].values, 3 + 0.2 * np.arange(10))
+    # the time that a turn takes rises as well, but is measured
+    record = _read(tmp_path, f"time [s],NDE_A [um],turn [s],speed [Hz],V\n{rows}")
+    np.testing.assert_allclose(record[record["speed"].dims[0]].values, 0.1 * np.arange(10))
+
+
+def test_moments_of_one_form_are_read_at_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Half a minute went by over the stamps of a whole coast-down, since the form of each was guessed anew."""
+    import pandas as pd
+
+    forms = []
+    plain = pd.to_datetime
+    monkeypatch.setattr(pd, "to_datetime", lambda *args, **more: forms.append(more["format"]) or plain(*args, **more))
+    record = _read(tmp_path, "Zeit;A\n11.03.2026 23:59:59,5;1\n12.03.2026 00:00:00,25;2\n")
+    np.testing.assert_allclose(record["time"].values, [0, 0.75])
+    assert "mixed" not in forms
+
+
+_LABVIEW = (
+    "Date\t2026/03/11\nTime\t09:00:00.0000000\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nDate\t{0}2026/03/11\t\n"
+    "Time\t{0}09:00:00.0000000\t\nY_Unit_Label\tum\t{1}V\t\n***End_of_Header***\t\t\t\n"
+)
+
+
+def test_rows_of_the_columns_dates_do_not_replace_that_of_the_record(tmp_path: Path) -> None:
+    dates = _LABVIEW.format("2026/03/11\t", "").replace("Time\t2026/03/11", "Time\t09:00:00.0000000")
+    record = _read(tmp_path, f"{dates}X_Value\tA\tB\tComment\n0.0\t1.5\t-2\n0.001\t2.5\t-3\n")
+    assert record.attrs["drop_time"] == "2026-03-11T09:00:00"
+    assert "drop_time_unread" not in record.attrs
+
+
+def test_each_channel_of_labview_may_have_a_time_of_its_own(tmp_path: Path) -> None:
+    record = _read(
+        tmp_path,
+        _LABVIEW.format("", "\t") + "X_Value\tA\tX_Value\tB\tComment\n0.0\t1.5\t5.0\t-2\n0.001\t2.5\t5.1\t-3\n",
+    )
+    assert {name: array.attrs["units"] for name, array in record.items()} == {"A": "m", "B": "V"}
+    np.testing.assert_allclose(record[record["A"].dims[0]].values, [0, 0.001])
+    np.testing.assert_allclose(record[record["B"].dims[0]].values, [5, 5.1])
+
+
+def test_what_an_oscilloscope_cannot_show_is_infinite(tmp_path: Path) -> None:
+    record = _read(tmp_path, "Time,Channel A\n(ms),(V)\n\n0.0,1.5\n0.1,∞\n0.2,-∞\n")
+    np.testing.assert_array_equal(record["Channel A"].values, [1.5, np.inf, -np.inf])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import struct
 import sys
 from importlib.util import find_spec
 from pathlib import Path
@@ -520,3 +521,129 @@ def test_a_wav_file_of_another_project_has_its_channels() -> None:
     record = read(files[0])
     assert list(record.data_vars) == ["ch1", "ch2"]
     np.testing.assert_allclose(np.diff(record["time"].values), 1 / 44100)
+
+
+@pytest.mark.parametrize("unstated", ["1904-01-01", "1904-01-01T00:00:00.000001"])
+def test_a_tdms_start_of_1904_is_none(unstated: str, tmp_path: Path) -> None:
+    """The channel was 122 years before the others, or the drop was dated 1904."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    def waveform(name: str, began: str) -> ChannelObject:
+        return ChannelObject("g", name, np.arange(9.0), {"wf_increment": 1e-3, "wf_start_time": np.datetime64(began)})
+
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([waveform("A", unstated), waveform("B", "2026-03-10T09:00:00")])
+    record = read(tmp_path / "a.tdms")
+    assert record["A"].dims == record["B"].dims
+    assert record.attrs["drop_time"] == "2026-03-10T09:00:00.000Z"
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([waveform("A", unstated), waveform("B", unstated)])
+    assert read(tmp_path / "a.tdms").attrs["drop_time"] == ""
+
+
+@pytest.mark.parametrize("kind", ["waveform", "moments"])
+def test_moments_of_a_tdms_group_count_from_the_first_start_of_the_file(kind: str, tmp_path: Path) -> None:
+    """A slow group that began 0.2 s after the fast one was put at the time of that."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    began = np.datetime64("2026-03-10T09:00:00.000000")
+    fast = began + np.arange(100) * np.timedelta64(1, "ms")
+    slow = began + (200 + 10 * np.arange(5)) * np.timedelta64(1, "ms")
+    waveform = {"wf_increment": 1e-3, "wf_start_time": began}
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([
+            *([ChannelObject("fast", "Time", fast)] if kind == "moments" else []),
+            ChannelObject("fast", "A", np.arange(100.0), waveform if kind == "waveform" else {}),
+            ChannelObject("slow", "Time", slow),
+            ChannelObject("slow", "B", np.arange(5.0)),
+        ])  # fmt: skip
+    record = read(tmp_path / "a.tdms")
+    np.testing.assert_allclose(record[record["A"].dims[0]].values, 1e-3 * np.arange(100))
+    np.testing.assert_allclose(record[record["B"].dims[0]].values, 0.2 + 0.01 * np.arange(5))
+
+
+def test_the_columns_of_a_table_in_hdf5_are_channels(tmp_path: Path) -> None:
+    rows = np.zeros(10, dtype=[("time", "f8"), ("A", "f4"), ("B", "i2"), ("remark", "S4")])
+    rows["time"], rows["A"], rows["B"] = np.arange(10) / 100, np.arange(10) / 2, np.arange(10)
+    with h5py.File(tmp_path / "a.h5", "w") as file:
+        file["table"] = rows
+    record = read(tmp_path / "a.h5")
+    assert set(record.data_vars) == {"A", "B"}
+    np.testing.assert_array_equal(record["A"].values, rows["A"])
+    np.testing.assert_allclose(record["time"].values, rows["time"])
+
+
+@pytest.mark.parametrize("beside", [{}, {"A": np.arange(9.0)}])
+def test_a_timetable_of_matlab_is_named_with_the_cure(beside: dict[str, np.ndarray], tmp_path: Path) -> None:
+    from scipy.io import savemat
+
+    def element(kind: int, raw: bytes) -> bytes:
+        return struct.pack("<II", kind, len(raw)) + raw + b"\0" * (-len(raw) % 8)
+
+    reference = np.array([0xDD000000, 2, 1, 1, 1, 1], dtype="<u4").tobytes()
+    parts = [(6, struct.pack("<II", 13, 0)), (5, struct.pack("<ii", 6, 1)), (1, b""), (6, reference)]
+    held = element(14, b"".join(element(*part) for part in parts))
+    names = b"".join(element(1, text) for text in (b"T", b"MCOS", b"timetable"))
+    savemat(tmp_path / "a.mat", beside)
+    with (tmp_path / "a.mat").open("ab") as file:
+        file.write(element(14, element(6, struct.pack("<II", 17, 0)) + names + held))
+    with pytest.raises(InputError, match=r"'T'.* is a MATLAB timetable.*seconds\(T\.Time\)"):
+        read(tmp_path / "a.mat")
+    savemat(tmp_path / "b.mat", beside)
+    with h5py.File(tmp_path / "b.mat", "w", userblock_size=512) as file:
+        file["T"] = np.array([[0xDD000000, 2, 1, 1, 1, 1]], dtype="u4")
+        file["T"].attrs["MATLAB_class"] = np.bytes_(b"timetable")
+        file["T"].attrs["MATLAB_object_decode"] = np.int32(3)
+        for name, values in beside.items():
+            file[name] = values
+    raw, head = (tmp_path / "b.mat").read_bytes(), b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
+    (tmp_path / "b.mat").write_bytes(head + raw[len(head) :])
+    with pytest.raises(InputError, match=r"'T'.* is a MATLAB timetable"):
+        read(tmp_path / "b.mat")
+
+
+@pytest.mark.parametrize(
+    ("stated", "read_as"),
+    [("11-MAR-26 09:00:00", "2026-03-11T09:00:00"), ("11-Mar-2026", "2026-03-11"), ("31-Dec-99", "1999-12-31")],
+)
+def test_the_date_of_a_uff_data_set_begins_with_the_day(stated: str, read_as: str, tmp_path: Path) -> None:
+    samples.write_uff(tmp_path / "a.uff", samples.signals(20))
+    text = (tmp_path / "a.uff").read_text()
+    assert "2026-03-10T09:00:00Z" in text
+    (tmp_path / "a.uff").write_text(text.replace("2026-03-10T09:00:00Z", stated.ljust(20)))
+    assert read(tmp_path / "a.uff").attrs["drop_time"] == read_as
+
+
+def test_times_of_a_parquet_table_are_durations_or_count_from_the_first_moment(tmp_path: Path) -> None:
+    import pyarrow
+    import pyarrow.parquet
+
+    ms = np.timedelta64(1, "ms")
+    began = np.datetime64("2026-03-10T09:00:00", "ns")
+    table = {"zeit": np.arange(5) * ms, "A": np.arange(5.0)}
+    pyarrow.parquet.write_table(pyarrow.table(table), tmp_path / "a.parquet")
+    np.testing.assert_allclose(read(tmp_path / "a.parquet")["time"].values, np.arange(5) / 1000)
+    table = {"Time_1": began + np.arange(5) * ms, "A": np.arange(5.0), "Time_2": began + (np.arange(5) + 200) * ms}
+    pyarrow.parquet.write_table(pyarrow.table({**table, "B": np.arange(5.0)}), tmp_path / "a.parquet")
+    record = read(tmp_path / "a.parquet")
+    np.testing.assert_allclose(record[record["B"].dims[0]].values, 0.2 + np.arange(5) / 1000)
+
+
+def test_the_axis_of_a_waveform_has_its_unit(tmp_path: Path) -> None:
+    """Times in ms were read as s, and a spectrum as a record."""
+    from nptdms import ChannelObject, TdmsWriter
+
+    def waveform(name: str, step: float, unit: str) -> ChannelObject:
+        axis = {"wf_increment": step, "wf_start_offset": 0.0, "wf_xunit_string": unit}
+        return ChannelObject("g", name, np.arange(9.0), axis)
+
+    with TdmsWriter(tmp_path / "a.tdms") as file:
+        file.write_segment([waveform("A", 0.5, "ms"), waveform("B", 5e-4, "s"), waveform("C", 2.0, "Hz")])
+    record = read(tmp_path / "a.tdms")
+    assert set(record.data_vars) == {"A", "B"}
+    assert record["A"].dims == record["B"].dims
+    assert record.attrs["left_out"] == {"C": "it lies along an axis in Hz, not along time"}
+    samples.write_uff(tmp_path / "a.uff", samples.signals(20))
+    text = (tmp_path / "a.uff").read_text()
+    (tmp_path / "a.uff").write_text(text.replace("NONE                 s  ", "NONE                 ms "))
+    np.testing.assert_allclose(read(tmp_path / "a.uff")["time"].values, 1e-3 * np.arange(20) / samples.RATE, atol=1e-12)

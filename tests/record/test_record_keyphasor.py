@@ -272,3 +272,25 @@ def test_no_keyphasor_is_told() -> None:
     ds = xr.Dataset({"NDE_A": ("time", np.zeros(5))}, coords={"time": np.arange(5.0)})
     with pytest.raises(InputError, match="no keyphasor"):
         pulses(ds, machine())
+
+
+@pytest.mark.parametrize("spikes", [(6.0, 9.0), (-50.0, -75.0), (50.0, -90.0)])
+@pytest.mark.parametrize("noise", [0.0, 0.02])
+def test_spikes_far_above_the_pulses_do_not_hide_them(spikes: tuple[float, float], noise: float) -> None:
+    """The trip itself may strike the channel: one spike six times as high as the pulses left one pulse of all."""
+    time, signal = _digital(96.0, 0.5)
+    signal += np.random.default_rng(1).normal(0, noise, time.size)
+    clean = pulses(_record(signal, time), machine())
+    signal[[1050, 3500]] = spikes
+    found = pulses(_record(signal, time), machine())
+    assert found.extra <= 2
+    np.testing.assert_array_equal(found.turns, clean.turns)
+    np.testing.assert_allclose(found.times, clean.times, atol=2e-6)
+
+
+@pytest.mark.parametrize("pulsed", [[1000], [1000, 3000, 4500]])
+def test_few_short_pulses_are_no_spikes(pulsed: list[int]) -> None:
+    time = np.arange(5000) / RATE
+    signal = np.random.default_rng(1).normal(0, 0.02, time.size)
+    signal[pulsed] = 5.0
+    assert pulses(_record(signal, time), machine()).times.size == len(pulsed)

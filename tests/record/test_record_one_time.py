@@ -161,3 +161,12 @@ def test_a_record_on_one_time_base_is_left_as_it_is(path: Path) -> None:
     assert _checks(raw) == []
     for name in NAMES:
         np.testing.assert_array_equal(laid[name].values, raw[name].values)
+
+
+def test_a_probe_with_a_clock_of_its_own_is_said_to_have_one() -> None:
+    """100 ppm are a sample over the record, and were told as 0 us."""
+    raw = read(SOURCE)
+    time = raw["time"].values
+    own = raw["NDE_B"].copy(data=raw["NDE_B"].values).rename(time="time_2").assign_coords(time_2=1.0001 * time)
+    (found,) = _checks(raw.drop_vars("NDE_B").assign(NDE_B=own))
+    assert "by a clock that parts from that of NDE_A by 50 us over the record" in found.detail

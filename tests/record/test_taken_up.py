@@ -99,3 +99,13 @@ def test_a_shaft_that_lies_and_a_high_pass_are_no_lift(drop, machine):
                 data=lfilter([1.0, -1.0], [1.0, -keeps], values - values[:200].mean())
             )
         assert until_taken_up(coupled, machine)[1] == []
+
+
+def test_times_in_ms_read_as_s_are_no_lift():
+    """A drop of 0.5 s was cut at 112 s, where it swung high for two samples."""
+    record = read(shipped("short/drop_100.nc"))
+    slow = record.assign_coords(time=1e3 * record.time.values)
+    machine = load_machine(shipped("short/machine.toml"))
+    cut, rows = until_taken_up(assign(slow, machine), machine)
+    assert rows == []
+    assert cut.sizes == assign(slow, machine).sizes

@@ -5,18 +5,20 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.record.channel import Content
+from tdbmon.record.channel import Content, si_unit
 from tdbmon.record.date import first_dated, iso_date
 from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
+_TIME_WORD = re.compile(r"(?i)(?:time|zeit|temps|t)(?![^\W\d_])")  # with which a name begins
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 
@@ -37,24 +39,52 @@ class CSV:
         layout = layout_of(lines, path)
         leaves: list[Leaf] = []
         date = _stated_moment(layout.header.entries)
+        columns = _columns(lines, layout, path)
+        moments = [column.first for column in columns if column is not None and column.first is not None]
         for name, unit, caption, column in zip(
-            layout.header.names, layout.header.units, layout.header.captions, _columns(lines, layout, path), strict=True
+            layout.header.names, layout.header.units, layout.header.captions, columns, strict=True
         ):
             attributes: dict[str, Any] = {"long_name": caption} if caption else {}
             if column is None:
                 continue
-            values, began = column
-            if began is not None:
-                date = first_dated((date, began))
+            values = column.values
+            if column.began is not None:
+                date = first_dated((date, column.began))
                 attributes["unit"] = "s"
+                if column.first is not None and column.first > min(moments):
+                    values = values + (column.first - min(moments)).total_seconds()
             elif unit is not None:
                 attributes["unit"] = unit
             leaves.append(Leaf(name, values, attributes))
+        leaves = _further_times(leaves)
         date = first_dated((date, _first_moment(lines, layout)))
         entries = layout.header.entries
         return Content(
             channels_of(Branch("", tuple(leaves), entries), path), stated_title(entries), date, _cut_off(lines)
         )
+
+
+def _further_times(leaves: list[Leaf]) -> list[Leaf]:
+    """Return columns of which a further time that stands between channels is called so, as ``t_speed [s]``.
+
+    What follows it was sampled then, at another rate or later than what stands before it.
+    """
+    out = list(leaves)
+    for i in range(2, len(leaves) - 1):
+        values = leaves[i].values[: int(np.isfinite(leaves[i].values).sum())]  # shorter columns end with empty cells
+        if (
+            _counts_time(leaves[0])
+            and _counts_time(leaves[i])
+            and not (_counts_time(leaves[i - 1]) or _counts_time(leaves[i + 1]))
+            and values.size > 1
+            and bool(np.all(np.diff(values) > 0))
+        ):
+            out[0], out[i] = replace(leaves[0], name="time"), replace(leaves[i], name="time")
+    return out
+
+
+def _counts_time(leaf: Leaf) -> bool:
+    return _TIME_WORD.match(leaf.name) is not None and si_unit(str(leaf.attributes.get("unit", "")))[0] == "s"
 
 
 def _stated_moment(entries: Mapping[str, str]) -> str:
@@ -84,11 +114,17 @@ def _cut_off(lines: list[str]) -> str:
     return ""
 
 
-_Column = tuple[np.ndarray, str | None] | None
+@dataclass(frozen=True)
+class _Column:
+    """Numbers; or seconds, with what the date of the first is, and since which moment they count where that has a day."""
+
+    values: np.ndarray
+    began: str | None = None
+    first: Any = None
 
 
-def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
-    """Return the columns: numbers, or seconds with the moment of the first; None for one without a name and values."""
+def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | None]:
+    """Return the columns; None for one without a name and values."""
     import pandas as pd
 
     body = [line for line in lines[layout.first :] if line.strip() and not COMMENT.match(line)]
@@ -102,14 +138,14 @@ def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column]:
     return [_column(table[k], k, layout, lines, path) for k in range(width)]
 
 
-def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -> _Column:
+def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -> _Column | None:
     name = layout.header.names[k]
     if series.dtype.kind in "iufb":
         if series.isna().all():
             if not name:
                 return None  # rows that end with a separator
-            return np.asarray(series, dtype=np.float64), None
-        return np.asarray(series), None
+            return _Column(np.asarray(series, dtype=np.float64))
+        return _Column(np.asarray(series))
     texts = series.astype(str).str.strip()
     if MOMENT.fullmatch(texts.iloc[0]):
         return _moments(texts, name, path)
@@ -123,7 +159,7 @@ def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -
     numbers = pd.to_numeric(plain, errors="coerce")
     wrong = np.flatnonzero(numbers.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
-        return np.asarray(numbers, dtype=np.float64), None
+        return _Column(np.asarray(numbers, dtype=np.float64))
     row = int(wrong[0])
     raise InputError(
         f"{path}: line {_line_number(lines, layout, row)}, column '{name}': '{texts.iloc[row][:40]}' is no number;"
@@ -140,14 +176,30 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
             readings = [pd.to_datetime(texts, format="ISO8601")]
         else:
             orders = (True, False) if "/" in texts.iloc[0] else (True,)  # 03/11/2026 is two days at two places
-            readings = [pd.to_datetime(texts, dayfirst=order, format="mixed") for order in orders]
+            readings = [_dated(texts, order) for order in orders]
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
     elapsed = [np.asarray((each - each.iloc[0]).dt.total_seconds(), dtype=np.float64) for each in readings]
     # past midnight the wrong order jumps by weeks; within a day both give one time, and the day stays open
     right = min(range(len(readings)), key=lambda k: float(np.ptp(elapsed[k])))
     open_day = len({str(each.iloc[0]) for each in readings}) > 1 and np.ptp(elapsed[0]) == np.ptp(elapsed[-1])
-    return elapsed[right], str(texts.iloc[0]) if open_day else str(readings[right].iloc[0].isoformat())
+    first = readings[right].iloc[0]
+    began = str(texts.iloc[0]) if open_day else str(first.isoformat())
+    return _Column(elapsed[right], began, first if first.tz is None else first.tz_convert(None))
+
+
+def _dated(texts: Any, day_first: bool) -> Any:
+    """Return moments whose day is written with its year last; a guess at each one alone takes twenty times as long."""
+    import pandas as pd
+
+    sign = "/" if "/" in texts.iloc[0] else "."
+    day = sign.join(("%d", "%m", "%Y") if day_first else ("%m", "%d", "%Y"))
+    for clock in ("%H:%M:%S.%f", "%H:%M:%S"):
+        try:
+            return pd.to_datetime(texts, format=f"{day} {clock}")
+        except ValueError:
+            continue
+    return pd.to_datetime(texts, dayfirst=day_first, format="mixed")
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:
@@ -159,7 +211,7 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
         raise InputError(f"{path}: column '{name}' holds times that cannot be read; write seconds instead") from None
     seconds = np.array(elapsed.dt.total_seconds(), dtype=np.float64)
     seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # past midnight
-    return seconds, ""
+    return _Column(seconds, "")
 
 
 def _check_width(body: list[str], lines: list[str], layout: Layout, width: int, path: Path) -> None:

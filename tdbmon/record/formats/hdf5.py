@@ -44,7 +44,11 @@ def branch_of(group: Any, name: str) -> Branch:
         elif isinstance(item, h5py.Dataset):
             check_size(item.nbytes, Path(item.file.filename), compressed=item.chunks is not None)
             text = h5py.check_string_dtype(item.dtype) is not None
-            if item.dtype.kind in "iufb" and item.size and item.size > 1:
+            if item.dtype.names and item.ndim == 1:  # a table: its columns are stored row by row
+                rows = np.asarray(item[()])
+                columns = (Leaf(name, np.ascontiguousarray(rows[name])) for name in item.dtype.names)
+                branches.append(Branch(key, tuple(columns), _attributes(item)))
+            elif item.dtype.kind in "iufb" and item.size and item.size > 1:
                 leaves.append(Leaf(key, np.asarray(item[()]), _attributes(item)))
             elif item.size == 1 and (text or item.dtype.kind in "iufb"):
                 entries[key] = np.asarray(item[()]).reshape(-1)[0]

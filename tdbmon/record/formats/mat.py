@@ -8,11 +8,14 @@ from typing import Any
 import numpy as np
 from tdbsim.errors import InputError
 
-from tdbmon.record.channel import Content
+from tdbmon.record.channel import Channel, Content
 from tdbmon.record.formats.hdf5 import HDF5_MAGIC
 from tdbmon.record.formats.mat5_structure import check_structure
 from tdbmon.record.formats.stored_size import check_size
-from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
+from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title, text_of
+
+_OPAQUE = ("s0", "s1", "s2", "arr")  # as scipy hands out an object: its name, its system, its class, and a reference
+_UNREAD = ("table", "timetable", "timeseries", "datetime", "duration")
 
 
 class MAT:
@@ -27,29 +30,47 @@ class MAT:
     def read(self, path: Path) -> Content:
         with path.open("rb") as file:
             head = file.read(520)
-        root = _version_73(path) if head[512:520] == HDF5_MAGIC else _version_5(path)
-        return Content(channels_of(root, path), stated_title(root.entries), stated_date(root.entries))
+        objects: dict[str, str] = {}
+        root = _version_73(path, objects) if head[512:520] == HDF5_MAGIC else _version_5(path, objects)
+        untold = tuple(Channel(name, np.empty(0), fault=f"it is {what}") for name, what in objects.items())
+        try:
+            channels = channels_of(root, path)
+        except InputError as error:
+            told = "".join(f"; '{name}' is {what}" for name, what in objects.items())
+            raise InputError(f"{error}{told}") from None
+        return Content(channels + untold, stated_title(root.entries), stated_date(root.entries))
 
 
-def _version_5(path: Path) -> Branch:
+def _object(kind: str) -> str:
+    return (
+        f"a MATLAB {kind}, which only MATLAB can read: save numbers, as in time = seconds(T.Time); NDE_A = T.NDE_A;"
+        " save('record.mat', 'time', 'NDE_A')"
+    )
+
+
+def _version_5(path: Path, objects: dict[str, str]) -> Branch:
     from scipy.io import loadmat
 
     check_structure(path)
     content = loadmat(path, struct_as_record=True, squeeze_me=False, chars_as_strings=True)
-    return _branch("", {key: value for key, value in content.items() if not key.startswith("__")})
+    return _branch("", {key: value for key, value in content.items() if not key.startswith("__")}, objects)
 
 
-def _branch(name: str, fields: dict[str, Any]) -> Branch:
+def _branch(name: str, fields: dict[str, Any], objects: dict[str, str]) -> Branch:
     leaves: list[Leaf] = []
     entries: dict[str, Any] = {}
     branches: list[Branch] = []
     for key, value in fields.items():
         array = np.asarray(value)
-        if array.dtype.names:  # a struct, or an array of structs
+        if array.dtype.names == _OPAQUE:
+            for called, _, kind, _ in array.reshape(-1):
+                if (stated := text_of(kind)) in _UNREAD:
+                    objects[text_of(called) or key] = _object(stated)
+        elif array.dtype.names:  # a struct, or an array of structs
             records = array.reshape(-1)
             for k, record in enumerate(records):
                 inner = {field: record[field] for field in array.dtype.names}
-                branches.append(_branch(key if records.size == 1 else f"{key}_{k + 1}", inner))
+                branches.append(_branch(key if records.size == 1 else f"{key}_{k + 1}", inner, objects))
         elif array.dtype.kind in "US":
             texts = [str(text) for text in array.reshape(-1)]
             entries[key] = texts[0] if len(texts) == 1 else texts
@@ -68,14 +89,14 @@ def _cell_text(cell: Any) -> str:
     return str(array.reshape(-1)[0]) if array.dtype.kind in "US" and array.size else ""
 
 
-def _version_73(path: Path) -> Branch:
+def _version_73(path: Path, objects: dict[str, str]) -> Branch:
     import h5py
 
     with h5py.File(path, "r") as file:
-        return _group_73(file, file, "")
+        return _group_73(file, file, "", objects)
 
 
-def _group_73(group: Any, file: Any, name: str) -> Branch:
+def _group_73(group: Any, file: Any, name: str, objects: dict[str, str]) -> Branch:
     leaves: list[Leaf] = []
     entries: dict[str, Any] = {}
     branches: list[Branch] = []
@@ -84,7 +105,10 @@ def _group_73(group: Any, file: Any, name: str) -> Branch:
             continue  # where MATLAB keeps what references point to
         item = group[key]
         if not hasattr(item, "dtype"):
-            branches.append(_group_73(item, file, key))
+            branches.append(_group_73(item, file, key, objects))
+        elif "MATLAB_object_decode" in item.attrs:
+            if (stated := text_of(item.attrs.get("MATLAB_class", b""))) in _UNREAD:
+                objects[key] = _object(stated)
         elif item.dtype.kind == "O":
             targets = [file[reference] for reference in np.asarray(item[()]).reshape(-1)]
             if all(_is_text(target) for target in targets):

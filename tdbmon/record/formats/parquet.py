@@ -12,9 +12,11 @@ from tdbmon.record.date import first_dated
 from tdbmon.record.format import library
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
+_STAMP = "datetime64[ns]"
+
 
 class Parquet:
-    """One column is the time (numbers, or timestamps), or the table's metadata give ``dt`` or ``fs``."""
+    """One column is the time (numbers, timestamps or durations), or the table's metadata give ``dt`` or ``fs``."""
 
     name = "Parquet"
     extra: str | None = "parquet"
@@ -31,14 +33,20 @@ class Parquet:
         entries = _decoded(table.schema.metadata)
         leaves: list[Leaf] = []
         date = stated_date(entries)
+        moments = [column.to_numpy() for column in table.columns if str(column.type).startswith("timestamp")]
+        first = min((stamps.astype(_STAMP)[0] for stamps in moments if stamps.size), default=None)
         for field, column in zip(table.schema, table.columns, strict=True):
             attributes = _decoded(field.metadata)
             kind = str(field.type)
             if kind.startswith("timestamp"):
-                stamps = column.to_numpy().astype("datetime64[ns]")
+                stamps = column.to_numpy().astype(_STAMP)
                 if stamps.size:
                     date = first_dated((date, str(np.datetime_as_string(stamps[0], unit="ms"))))
-                    leaves.append(Leaf(field.name, (stamps - stamps[0]) / np.timedelta64(1, "s"), {"units": "s"}))
+                    leaves.append(Leaf(field.name, (stamps - first) / np.timedelta64(1, "s"), {"units": "s"}))
+                continue
+            if kind.startswith("duration"):
+                elapsed = column.to_numpy().astype("timedelta64[ns]") / np.timedelta64(1, "s")
+                leaves.append(Leaf(field.name, elapsed, {"units": "s"}))
                 continue
             if kind == "bool" or kind.startswith(("int", "uint", "float", "double", "halffloat")):
                 values = column.to_numpy()

@@ -13,8 +13,10 @@ import numpy as np
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
 from tdbmon.record.formats.stored_size import check_size
-from tdbmon.record.timebase import is_time_name
+from tdbmon.record.timebase import is_time_name, time_factor
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
+
+_FIRST_DATE = np.datetime64("1980-01-01")  # LabVIEW writes 1904-01-01 where no start is known
 
 
 class TDMS:
@@ -38,9 +40,10 @@ class TDMS:
             groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]
             entries = dict(file.properties)
         starts = [entry.began for _, _, series in groups for entry in series if entry.began is not None]
-        first = min(starts) if starts else None
+        dated = [began for began in starts if began >= _FIRST_DATE]
+        first = min(dated or starts, default=None)
         channels = _waveforms(groups, first)
-        others = tuple(Branch(name, _leaves(series), properties) for name, properties, series in groups)
+        others = tuple(Branch(name, _leaves(series, first), properties) for name, properties, series in groups)
         if not channels:
             channels = channels_of(Branch("", (), entries, others), path)
         else:  # beside waveforms, a group without a time channel is a table of results
@@ -60,7 +63,7 @@ class TDMS:
         return Content(
             channels,
             title=stated_title(entries),
-            drop_time=f"{np.datetime_as_string(first, unit='ms')}Z" if first is not None else stated_date(entries),
+            drop_time=f"{np.datetime_as_string(min(dated), unit='ms')}Z" if dated else stated_date(entries),
             incomplete="the logger was cut off while it wrote the last segment" if cut else "",
         )
 
@@ -74,6 +77,8 @@ class _Series:
     offset: float
     began: np.datetime64 | None
     description: str
+    moments: bool  # seconds since `began`
+    fault: str  # of a waveform, as a spectrum is one
 
 
 def _series(group: Any) -> list[_Series]:
@@ -83,7 +88,10 @@ def _series(group: Any) -> list[_Series]:
         unit, began = str(properties.get("unit_string", "")), properties.get("wf_start_time")
         if values.size == 0:
             continue
-        if values.dtype.kind == "M":  # a channel of moments is a time
+        axis = str(properties.get("wf_xunit_string") or "s")
+        factor = time_factor(axis) if properties.get("wf_increment") else 1.0
+        moments = values.dtype.kind == "M"
+        if moments:  # a channel of moments is a time
             began, values, unit = values[0], (values - values[0]) / np.timedelta64(1, "s"), "s"
         elif values.dtype.kind == "b":
             values = values.astype(np.int8)
@@ -94,10 +102,12 @@ def _series(group: Any) -> list[_Series]:
                 channel.name,
                 values,
                 unit,
-                float(properties.get("wf_increment") or 0.0),
-                float(properties.get("wf_start_offset") or 0.0),
+                float(properties.get("wf_increment") or 0.0) * (factor or 1.0),
+                float(properties.get("wf_start_offset") or 0.0) * (factor or 1.0),
                 began if isinstance(began, np.datetime64) else None,
                 str(properties.get("description") or ""),
+                moments,
+                "" if factor is not None else f"it lies along an axis in {axis}, not along time",
             )
         )
     return found
@@ -112,11 +122,8 @@ def _waveforms(
         for entry in series:
             if entry.interval <= 0:
                 continue
-            late = 0.0
-            if entry.began is not None and first is not None:
-                late = float((entry.began - first) / np.timedelta64(1, "s"))
             name = entry.name if count[entry.name] == 1 else f"{group}/{entry.name}"
-            start = late + entry.offset
+            start = _late(entry, first) + entry.offset
             channels.append(
                 Channel(
                     name,
@@ -126,14 +133,26 @@ def _waveforms(
                     interval=entry.interval,
                     long_name=entry.description,
                     group=group,
+                    fault=entry.fault,
                 )
             )
     return tuple(channels)
 
 
-def _leaves(series: list[_Series]) -> tuple[Leaf, ...]:
+def _late(entry: _Series, first: np.datetime64 | None) -> float:
+    """Return how long after the first start of the file a channel began, s; 0 where it does not say."""
+    if entry.began is None or first is None or entry.began < first:
+        return 0.0
+    return float((entry.began - first) / np.timedelta64(1, "s"))
+
+
+def _leaves(series: list[_Series], first: np.datetime64 | None) -> tuple[Leaf, ...]:
     return tuple(
-        Leaf(entry.name, entry.values, {"unit": entry.unit} if entry.unit else {})
+        Leaf(
+            entry.name,
+            entry.values + _late(entry, first) if entry.moments else entry.values,
+            {"unit": entry.unit} if entry.unit else {},
+        )
         for entry in series
         if entry.interval <= 0
     )

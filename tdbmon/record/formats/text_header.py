@@ -18,7 +18,7 @@ _FEWEST_NAMES = 3  # cells of text in a line that make it a row of names
 _REMARKS = {"comment", "comments", "kommentar", "bemerkung", "remark", "remarks", "note", "notes", "marker"}
 _UNIT_LABELS = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
 _CLOCK_FORM = re.compile(r"(?i)h{1,2}:m{1,2}(:s{1,2}([.,:][a-z0]+)?)?")  # stands for the unit of a clock
-_LABVIEW_TIME = "X_Value"
+_LABVIEW_TIME, _LABVIEW_END = "X_Value", "***End_of_Header***"
 _WORD_AND_COLON = re.compile(r"[^\W\d][\w .-]*:\s")  # "date: Mar 31, 2026" splits there, whatever separates the cells
 
 
@@ -63,6 +63,7 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
         split_name = _name_and_unit if any(_is_labelled_time(name) for name in names) else split_unit
         names, units = map(list, zip(*map(split_name, names), strict=True))
     if names[0] == _LABVIEW_TIME:
+        names = ["time" if name == _LABVIEW_TIME else name for name in names]  # of several channels each has its own
         names[0] = "time" if row[0] else ""
         entries |= {} if row[0] else _labview_interval(entries)
     return Header(tuple(names), tuple(units), tuple(captions), entries)
@@ -78,7 +79,7 @@ def _rows_above(lines: list[str], first: int, separator: str, row: list[str]) ->
             apart, at = True, at - 1
             continue
         cells = _fitted(line, separator, row)
-        if cells is None:
+        if cells is None or cells[0] == _LABVIEW_END:
             break
         empty, counted = not any(cells), numbers_columns(cells, row)
         if empty and rows:
@@ -208,6 +209,9 @@ def _entries(lines: list[str], separator: str) -> dict[str, str]:
         for sign in (":", *signs) if _WORD_AND_COLON.match(bare) else signs:
             key, there, value = bare.partition(sign)
             if there and key.strip() and value.strip(f" {separator}"):
-                found[key.strip(' "')] = value.strip(f' "{separator}')
+                key, value = key.strip(' "'), value.strip(f' "{separator}')
+                cells = [value] if separator == " " else [cell for cell in value.split(separator) if cell]
+                if len(cells) < 2 or key not in found:  # a row of the columns' dates does not replace the record's
+                    found[key] = cells[0] if len(set(cells)) == 1 else value
                 break
     return found

@@ -38,7 +38,8 @@ def decoded(raw: bytes) -> str:
         except UnicodeDecodeError:
             text = raw.decode("cp1252", "replace")
     # what DOS ends a file with, and the empty blocks of a disk that was not told how long it was
-    return text.rstrip("\x1a\0").replace("\r\n", "\n").replace("\r", "\n")
+    text = text.rstrip("\x1a\0").replace("\r\n", "\n").replace("\r", "\n")
+    return text.replace("∞", "inf")  # as oscilloscopes write what is beyond their range
 
 
 def layout_of(lines: list[str], path: Path) -> Layout:

@@ -12,7 +12,9 @@ from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Channel, Content
 from tdbmon.record.format import library
+from tdbmon.record.timebase import time_factor
 
+_DAY = re.compile(r"^(\d{1,2}-[A-Za-z]{3}-)(\d{2})(?!\d)")
 _TIME_RESPONSE, _TIME_AXIS, _EVEN = 1, 17, 1
 
 
@@ -36,7 +38,12 @@ class UFF58:
         names = _names(responses)
         channels = tuple(_channel(entry, name, path) for entry, name in zip(responses, names, strict=True))
         first = responses[0]
-        return Content(channels, _text(first, "id2"), _text(first, "id3"), _cut_off(path))
+        return Content(channels, _text(first, "id2"), _dated(_text(first, "id3")), _cut_off(path))
+
+
+def _dated(text: str) -> str:
+    """Return the date of a data set with its year in full: the format has DD-MMM-YY, which elsewhere may be YY-MMM-DD."""
+    return _DAY.sub(lambda found: f"{found[1]}{'19' if found[2] >= '70' else '20'}{found[2]}", text)
 
 
 def _cut_off(path: Path) -> str:
@@ -75,7 +82,10 @@ def _channel(entry: Mapping[str, Any], name: str, path: Path) -> Channel:
             " the file was cut off: export it again"
         )
     unit = _text(entry, "ordinate_axis_units_lab")
+    factor = time_factor(_text(entry, "abscissa_axis_units_lab")) or 1.0
     if entry.get("abscissa_spacing") == _EVEN:
-        start, interval = float(entry["abscissa_min"]), float(entry["abscissa_inc"])
+        start, interval = float(entry["abscissa_min"]) * factor, float(entry["abscissa_inc"]) * factor
         return Channel(name, values, unit, start=start, interval=interval, long_name=_text(entry, "id1"))
-    return Channel(name, values, unit, time=np.asarray(entry["x"], dtype=np.float64), long_name=_text(entry, "id1"))
+    return Channel(
+        name, values, unit, time=np.asarray(entry["x"], dtype=np.float64) * factor, long_name=_text(entry, "id1")
+    )
