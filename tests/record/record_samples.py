@@ -6,6 +6,7 @@ import datetime
 from collections.abc import Callable
 from pathlib import Path
 
+import netCDF4
 import numpy as np
 
 RATE = 10_000.0
@@ -28,9 +29,14 @@ def signals(n: int = 2000, seed: int = 1) -> dict[str, np.ndarray]:
 UNITS = {name: "um" for name in NAMES} | {"speed": "Hz", "keyphasor": "1"}
 
 
-def write_netcdf(path: Path, data: dict[str, np.ndarray]) -> None:
-    import netCDF4
+def open_netcdf(path: Path, rate: float = 1000.0, n: int = 50) -> netCDF4.Dataset:
+    file = netCDF4.Dataset(path, "w")
+    file.createDimension("time", n)
+    file.createVariable("time", "f8", ("time",))[:] = np.arange(n) / rate
+    return file
 
+
+def write_netcdf(path: Path, data: dict[str, np.ndarray]) -> None:
     with netCDF4.Dataset(path, "w") as file:
         n = len(next(iter(data.values())))
         file.createDimension("time", n)
