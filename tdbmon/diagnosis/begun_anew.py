@@ -16,7 +16,7 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_at_other_ends
+from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_at_other_ends, alike_but_for_the_law
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
 FirstContactFits = dict[tuple[Contender, Suspect], list[Contender]]
@@ -93,6 +93,31 @@ def at_other_ends(
     """
     index = best.causes.index(cause)
     begun = [(each, best.starts()[index]) for each in suspects if alike_at_other_ends(each, cause)]
+    return _in_place_of(index, fallen, best, begun, horizons)
+
+
+def by_other_laws(
+    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
+) -> Contender:
+    """Return a contender, or the best of those with a cause that acts by another of its laws.
+
+    Fall and first contacts hardly tell an evenly bent shaft from one bent to its bending mode, and the law that fits them best
+    went on; what the wrong one leaves later looks like a further cause.
+
+    Parameters
+    ----------
+    fallen : Contender
+        The plain model, fitted to the fall.
+    best : Contender
+    cause : Suspect
+        One of its causes.
+    suspects : sequence of Suspect
+        All.
+    horizons : sequence of float
+        All; fits go along those up to the contender's own.
+    """
+    index = best.causes.index(cause)
+    begun = [(each, best.starts()[index]) for each in suspects if alike_but_for_the_law(each, cause)]
     return _in_place_of(index, fallen, best, begun, horizons)
 
 

@@ -166,6 +166,13 @@ def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
     return same and one.where != other.where and "both" in (one.where, other.where)
 
 
+def alike_but_for_the_law(one: Suspect, other: Suspect) -> bool:
+    """True for one effect at one place by different laws, which are words of its declaration, and with the same values."""
+    same = one.declared.identifier == other.declared.identifier and one.where == other.where
+    apart = {name for name in one.held if one.held[name] != other.held[name]} if same else set()
+    return bool(apart) and all(isinstance(one.held[name], str) for name in apart) and one.angles == other.angles
+
+
 def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:
     """Return what could be missing from a machine's model.
 

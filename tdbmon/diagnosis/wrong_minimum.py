@@ -10,6 +10,7 @@ from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
     at_other_ends,
     at_other_sizes,
+    by_other_laws,
     in_neighbouring_orders,
     neighbours,
     of_any_kind,
@@ -36,6 +37,7 @@ class Way(Enum):
     ORDERS = auto()  # neighbouring ones
     KINDS = auto()  # balls, waves and lobes in each other's place
     EXCHANGED = auto()  # the last cause for another
+    LAWS = auto()  # another law of a cause
     STATED = auto()  # what the machine file states without tolerance let free
 
 
@@ -79,7 +81,7 @@ class WaysOut:
         if horizon > stages.sound and best.fails_with_causes(plain) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self.of_any_kind(best, plain)
-        best = self._at_other_ends(best, plain)
+        best = self._at_other_ends(self._by_other_laws(best, plain), plain)
         if horizon == self.search.last:
             best = self._again_from_the_fall(best)
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
@@ -137,6 +139,14 @@ class WaysOut:
         for cause in best.causes:
             if best.fails_with_causes(plain) and self.untried(Way.ENDS, cause.name, best.name):
                 best = at_other_ends(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
+        return best
+
+    def _by_other_laws(self, best: Contender, plain: Contender) -> Contender:
+        """Return a model, or the best with another law of one of its causes that act before contacts do."""
+        for cause in best.causes:
+            asked = best.fails_with_causes(plain) and not cause.in_contacts
+            if asked and self.untried(Way.LAWS, cause.name, best.name):
+                best = by_other_laws(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
         return best
 
     def _at_other_angles(self, best: Contender, plain: Contender) -> Contender:
