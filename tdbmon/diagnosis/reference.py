@@ -68,7 +68,7 @@ class Reference:
     changes : tuple of Change
         Those far beyond their tolerance first, then the greatest in units of its intervals.
     remarks : tuple of str
-        What the earlier drops could not settle, and which values differ by less than is told for a change.
+        What the earlier drops lack and could not settle, and which values differ by less than is told for a change.
     not_compared : str
         Which values could not be compared, and why; empty where all were.
     compares : bool
@@ -162,7 +162,7 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
     wanted : mapping of float
         Values (SI, by name) that have changed beyond their tolerances, as the first contacts since tell them.
     """
-    jumps, remarks = tuple(_jumps(machine, before, since, wanted)), _remarks(before)
+    jumps, remarks = tuple(_jumps(machine, before, since, wanted)), (*_of_records(before), *_remarks(before))
     lost = {"reference": before, "later": since}
     lost = {which: each for which, each in lost.items() if not follows(each)}
     if lost:
@@ -187,6 +187,12 @@ def standing(before: Diagnosis) -> list[Effect]:
     best = before.verdict.accused[0]
     shared, own = best.problem.values(best.fit.point, 0)
     return [each.at(shared, own, 0) for each in best.problem.free if not each.of_each_drop]
+
+
+def _of_records(before: Diagnosis) -> tuple[str, ...]:
+    """Return what the reference drops lack, said of them: of a drop by its name, of all of them as those of the reference."""
+    names = tuple(f"{drop.name}: " for drop in before.plain.problem.drops)
+    return tuple(each if each.startswith(names) else f"of the reference drops: {each}" for each in before.remarks)
 
 
 def _remarks(before: Diagnosis) -> tuple[str, ...]:

@@ -257,3 +257,11 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
     assert len(content["reference"]["drops"]) == 2
     assert re.search("no (other )?value of the machine has changed", said.out)
     assert "Changed since the reference drops" in page.read_text(encoding="utf-8")
+
+
+def test_what_the_reference_drops_lack_is_told_too():
+    """A dead probe in one of them was told to nobody."""
+    machine = load_machine(shipped("short/machine.toml"))
+    lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: none can be held out")
+    told = compared(machine, replace(diagnosed(machine), remarks=lacks), diagnosed(machine), {}).remarks
+    assert told == (lacks[0], f"of the reference drops: {lacks[1]}")
