@@ -22,6 +22,13 @@ def test_nothing_more_is_needed_only_after_drops_from_several_speeds(competed):
         assert advice(plain, Kind.NONE, speeds).startswith("drops from two speeds below 8")
 
 
+def test_a_rest_of_the_record_that_was_not_looked_at_is_asked_for(competed):
+    """It was "none needed" beside a remark that what acts later is not excluded."""
+    nothing = Verdict(Kind.NONE, (), (), "")
+    assert next_test(nothing, tuple(competed)).startswith("none needed")
+    assert "with a keyphasor, recorded for half a second" in next_test(nothing, tuple(competed), rest_seen=False)
+
+
 def test_no_speed_above_the_fastest_is_asked_for(competed):
     plain = plain_of(competed)
     assert "from between 80 and 150 Hz" in advice(plain, Kind.NAMED, (80.0, 150.0))
