@@ -350,6 +350,16 @@ def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> N
     assert "This one drop cannot decide between them." in said
 
 
+def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evidence: Evidence) -> None:
+    """It said what "would tell that something acts", and a drop that departed by 5 standard deviations was none all the same."""
+    late = (_late("drop_97.nc", 2.5),)
+    assert acts_later(late) is None
+    rest = diagnosis_late_record.section(replace(evidence, diagnosis=replace(named, late=late)))
+    assert rest is not None
+    said = _words(Document("", "", (rest,)))
+    assert "One drop by itself is not judged by that." in said and "would tell" not in said
+
+
 def test_a_plain_model_that_cannot_be_told_apart_is_named_with_the_others(named: Diagnosis, evidence: Evidence) -> None:
     """It read "Ambiguous: residual magnetic force (70 %). These 2 drops cannot decide between them.", of one cause."""
     verdict = Verdict(Kind.AMBIGUOUS, (named.contenders[0],), (0.7, 0.2), "", or_nothing=True)
