@@ -44,6 +44,9 @@ def section(evidence: Evidence) -> Section:
         rows.append(Row((other, probability_words(max(rest, 0.0)), "", "", "", "")))
     why = diagnosis.verdict.doubt
     doubt = "" if why is None else f" Here {why}: so many models with so little gain were wrong there."
+    alone = ""
+    if diagnosis.verdict.accused and diagnosis.proof is None:
+        alone = " That was counted of models proved on a drop held out; how often one without that is wrong was not."
     refuted = ""
     if diagnosis.verdict.kind is Kind.NONE and diagnosis.best.causes:
         refuted = " They go by the fit alone: the verdict says why the likeliest model here is not believed."
@@ -60,7 +63,7 @@ def section(evidence: Evidence) -> Section:
             " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
             " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
             f" At least {100 * WRONG:.0f} % are left to what is not listed: so often, on synthetic drops made by another program,"
-            " was a model that explained them the wrong one." + doubt + refuted
+            " was a model that explained them the wrong one." + alone + doubt + refuted
         ),
         Table("Models by probability", header, tuple(rows)),
     ]
