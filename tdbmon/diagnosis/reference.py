@@ -72,7 +72,7 @@ class Reference:
     not_compared : str
         Which values could not be compared, and why; empty where all were.
     compares : bool
-        False where a fit does not follow its drops, so that none of its values could be.
+        False where none could be, since a fit does not follow its drops or the machine file gives no value a tolerance.
     """
 
     before: Diagnosis
@@ -171,6 +171,9 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
         )
         other = "other values" if jumps else "values of the machine"
         why = f"{other}: the model leaves {left}, and a fit that does not follow drops tells nothing of its values"
+        return Reference(before, jumps, remarks, why, compares=False)
+    if not machine_parameters(machine):
+        why = "values of the machine: its file gives none a tolerance, so that none was fitted; state how well they are known"
         return Reference(before, jumps, remarks, why, compares=False)
     fits = machine, before.values, since.values
     told = (*jumps, *(each for each in changes(*fits) if each.name not in wanted))

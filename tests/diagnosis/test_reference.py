@@ -265,3 +265,16 @@ def test_what_the_reference_drops_lack_is_told_too():
     lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: none can be held out")
     told = compared(machine, replace(diagnosed(machine), remarks=lacks), diagnosed(machine), {}).remarks
     assert told == (lacks[0], f"of the reference drops: {lacks[1]}")
+
+
+def test_of_values_without_a_tolerance_none_is_said_to_have_stayed(tmp_path):
+    """Nothing was fitted, and "no value of the machine has changed" was said of it."""
+    stated = re.sub(
+        r'\{ nominal = ("?[^,]*?"?), tolerance = "[^"]*" \}', r"\1", shipped("short/machine.toml").read_text()
+    )
+    exact = tmp_path / "exact.toml"
+    exact.write_text(stated)
+    machine = load_machine(exact)
+    said = "\n".join(reference_lines(compared(machine, diagnosed(machine), diagnosed(machine), {})))
+    assert "not compared: values of the machine: its file gives none a tolerance" in said
+    assert "has changed" not in said
