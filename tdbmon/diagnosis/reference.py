@@ -22,7 +22,7 @@ from tdbsim.machine import Machine
 from tdbmon.diagnosis.contender import EXPLAINED
 from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
 from tdbmon.diagnosis.next_test import CHANGED
-from tdbmon.diagnosis.verdict import Kind, outside
+from tdbmon.diagnosis.verdict import Kind, Verdict, outside
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, entries, machine_parameters, restated_machine
 from tdbmon.machine_file import with_effects
@@ -214,10 +214,23 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
         for f in verdict.accused[0].problem.free
         if f.of_each_drop
     ]
-    return tuple(
+    return tuple(_left_open(verdict)) + tuple(
         f"{name} is in the reference drops already, {otherwise}: if it is named again, it is no news"
         for name, otherwise in turning
     )
+
+
+def _left_open(verdict: Verdict) -> Iterator[str]:
+    """Say which of several causes stands in the model of the later drops, where the earlier ones cannot decide."""
+    first, *others = dict.fromkeys(each.words for each in verdict.accused)
+    others += [each.words for each in verdict.alike]
+    if verdict.or_nothing:
+        others.append("nothing at all")
+    if others:
+        yield (
+            f"the reference drops leave open whether they show {first}, which counts for the model of the later drops, or"
+            f" {' or '.join(others)}: a cause that is named beside it may be no news"
+        )
 
 
 def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ...]:

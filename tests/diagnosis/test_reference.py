@@ -198,9 +198,18 @@ def test_a_changed_value_that_a_later_fit_puts_within_its_tolerance_is_told_once
 def test_a_remark_says_what_of_a_known_cause_differs_from_drop_to_drop():
     free = [SimpleNamespace(name=name, of_each_drop=True, each_held=held) for name, held in (("a", ()), ("b", ({},)))]
     found = SimpleNamespace(problem=SimpleNamespace(free=free))
+    found.words = "lobes and a ball"
     lobes, ball = _remarks(SimpleNamespace(verdict=Verdict(Kind.NAMED, (found,), (0.9,), "")))
     assert "at an angle that differs from drop to drop" in lobes
     assert "with a number that differs from drop to drop" in ball and "angle" not in ball
+
+
+def test_a_remark_says_which_of_several_causes_counts_for_the_later_drops():
+    oval, soft = (SimpleNamespace(words=words, problem=SimpleNamespace(free=[])) for words in ("oval", "soft support"))
+    for or_nothing, rest in ((False, ""), (True, " or nothing at all")):
+        verdict = Verdict(Kind.AMBIGUOUS, (oval, soft, soft), (0.5, 0.2, 0.2), "", or_nothing=or_nothing)
+        (said,) = _remarks(SimpleNamespace(verdict=verdict))
+        assert f"show oval, which counts for the model of the later drops, or soft support{rest}:" in said
 
 
 def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):

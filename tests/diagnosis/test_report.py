@@ -40,6 +40,7 @@ from tdbmon.report.document import Verdict as Tinted
 from tdbmon.report.html import render_html
 from tdbmon.report.pdf import render_pdf
 from tdbmon.report.sections import (
+    diagnosis_changes,
     diagnosis_fit,
     diagnosis_force,
     diagnosis_gain,
@@ -247,6 +248,17 @@ def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosi
     assert reference_json(since)["not_compared"] == "DE.gap (later drops): at its edge"
     rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
     assert rule in said and any(rule in line for line in reference_lines(since))
+
+
+def test_a_report_says_what_of_the_reference_drops_the_later_model_has(named: Diagnosis) -> None:
+    """Lobes, which lie otherwise in every drop, were said to stand in it."""
+    found = named.contenders[0]
+    free = replace(found.problem.free[0], each_held=({"ball": 3.0}, {"ball": 5.0}))
+    ball = replace(found, problem=replace(found.problem, free=(free,)))
+    for model, has in ((found, "has residual magnetic force at the rotor."), (ball, "does not have it, since it lies")):
+        before = replace(named, verdict=replace(named.verdict, accused=(model,)))
+        said = _words(Document("", "", (diagnosis_changes.section(Reference(before, (), ())),)))
+        assert f"the model of the later drops {has}" in said
 
 
 def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagnosis) -> None:
