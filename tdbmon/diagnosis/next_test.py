@@ -68,7 +68,8 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
             " with the cage (about 0.4 of a turn a turn), waves of a race with the balls that pass; then look at the balls"
         )
     causes = [cause for each in verdict.accused for cause in each.causes]
-    if verdict.kind is Kind.NAMED:
+    of_one = len({each.effects for each in verdict.accused}) == 1  # or of nothing at all: no other looks like it
+    if verdict.kind is Kind.NAMED or of_one:
         between = "a speed below" if alike else f"between {speeds[0]:.0f} and"
         return "; ".join(
             [

@@ -43,6 +43,13 @@ def test_what_is_named_is_looked_at_on_the_machine_before_another_drop(competed)
     assert said.index(how[1:-1]) < said.index("a drop after that")
 
 
+def test_a_cause_that_may_be_nothing_is_looked_at_on_the_machine_too(competed):
+    """A gain that was the only cause was to be told from a leak of the other probe."""
+    cause = next(each for each in competed if each.causes)
+    named, open_ = (Verdict(kind, (cause,), (), "", or_nothing=True) for kind in (Kind.NAMED, Kind.AMBIGUOUS))
+    assert next_test(open_, competed) == next_test(named, competed)
+
+
 def test_what_the_checks_say_comes_before_another_drop(competed):
     plain = plain_of(competed)
     assert advice(plain, Kind.UNKNOWN, (80.0, 150.0)).startswith("two drops from the same speed")
