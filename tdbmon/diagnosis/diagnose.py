@@ -21,6 +21,7 @@ from tdbmon.diagnosis.sizes import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import SlowsOtherwise, slowing_beside
 from tdbmon.diagnosis.standing import standing_in_all_drops
+from tdbmon.diagnosis.stated_exactly import exact_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, strained, verdict
 from tdbmon.estimate import Estimate
@@ -168,6 +169,7 @@ def diagnose(
         else next_test(judged, found.field, slows.driven, not unseen),
         remarks=(
             *left_out,
+            *exact_remarks(machine),
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
             *_ending_remarks(drops, problem.stages.diagnosis),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.stated_exactly import stated_exactly
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.free_effect import acts_on_sensors, place_in_words
@@ -49,14 +50,17 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:
-        if driven:
-            return DRIVE_OFF
         faulty = [drop.name for drop in drops if drop.faults]
-        first = (
-            f"put right what the checks of {', '.join(faulty)} say, and diagnose the same drops again; if it stays, "
-            if faulty
-            else ""
+        exact = stated_exactly(contenders[0].problem.model.machine)
+        first = "; ".join(
+            [
+                *([f"put right what the checks of {', '.join(faulty)} say"] if faulty else []),
+                *([f"give {'; '.join(exact)} in the machine file the tolerance to which it is known"] if exact else []),
+            ]
         )
+        first = f"{first}, and diagnose the same drops again; if it stays, " if first else ""
+        if driven:
+            return f"{first if exact else ''}{DRIVE_OFF}"
         return (
             f"{first}two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
             " and record acceleration of the foundation with them"

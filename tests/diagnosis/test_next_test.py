@@ -2,9 +2,13 @@
 
 from dataclasses import replace
 
+from tdbsim.machine import load_machine
+
 from tdbmon.diagnosis.contender import plain_of
 from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.stated_exactly import exact_remarks, stated_exactly
 from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.shipped import shipped
 
 
 def advice(plain, kind, speeds):
@@ -41,6 +45,28 @@ def test_what_is_named_is_looked_at_on_the_machine_before_another_drop(competed)
     where, how = cause.causes[0].where, cause.causes[0].declared.on_the_machine
     assert where in said and how[1:-1] in said
     assert said.index(how[1:-1]) < said.index("a drop after that")
+
+
+def test_what_the_machine_file_states_exactly_comes_before_another_drop(competed):
+    """A file without tolerances ended as unknown, and its owner was to drop again."""
+    plain = plain_of(competed)
+    machine = load_machine(shipped("short/machine.toml"))
+    assert stated_exactly(machine) == [] == [*exact_remarks(machine)]
+    soft, *others = machine.touchdown_bearings
+    gap = soft.radial_gap.model_copy(update={"low": soft.radial_gap.nominal, "high": soft.radial_gap.nominal})
+    rotor = machine.rotor.model_copy(update={"unbalance": ()})
+    bearings = (soft.model_copy(update={"radial_gap": gap}), *others)
+    exact = machine.model_copy(update={"touchdown_bearings": bearings, "rotor": rotor})
+    (said,) = exact_remarks(exact)
+    assert "gives no tolerance to radial gap of NDE; unbalance, of which no plane is stated: no fit makes up" in said
+    model = replace(plain.problem.model, machine=exact)
+    advised = next_test(
+        Verdict(Kind.UNKNOWN, (), (), ""), (replace(plain, problem=replace(plain.problem, model=model)),)
+    )
+    assert advised.startswith(
+        "give radial gap of NDE; unbalance, of which no plane is stated in the machine file the tolerance"
+    )
+    assert "if it stays, two drops" in advised
 
 
 def test_a_cause_that_may_be_nothing_is_looked_at_on_the_machine_too(competed):
