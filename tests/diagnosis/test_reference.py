@@ -285,5 +285,6 @@ def test_of_values_without_a_tolerance_none_is_said_to_have_stayed(tmp_path):
     exact.write_text(stated)
     machine = load_machine(exact)
     said = "\n".join(reference_lines(compared(machine, diagnosed(machine), diagnosed(machine), {})))
+    assert said.startswith("reference (1 drop): none")
     assert "not compared: values of the machine: its file gives none a tolerance" in said
     assert "has changed" not in said
