@@ -32,6 +32,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "fit_rms_um": _fit_rms(plain) * 1e6,
             "held_out_rms_um": proof.plain * 1e6 if proof else None,
             "noise_um": _noise(plain) * 1e6,
+            "probability": verdict.probabilities[diagnosis.contenders.index(plain)],
             "calibrated": {
                 p.name: Estimate(shared[p.name], unit=p.unit, why="no interval: the plain model").to_json()
                 for p in plain.problem.shared
@@ -54,6 +55,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "loudest_from_s": left.since,
             "loudest_until_s": left.until,
             "frequency_hz": left.frequency,
+            "frequency_resolution_hz": left.resolution,
         },
         "next_test": diagnosis.next_test,
         "remarks": [*diagnosis.remarks, *diagnosis.aside],

@@ -14,12 +14,14 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
-from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, untold
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.sizes import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import SlowsOtherwise, slowing_beside
+from tdbmon.diagnosis.standing import standing_in_all_drops
+from tdbmon.diagnosis.stated_exactly import exact_remarks
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.diagnosis.verdict import Kind, Verdict, clear_of_nothing, doubted, outside, strained, verdict
 from tdbmon.estimate import Estimate
@@ -125,6 +127,7 @@ def diagnose(
         follow the fall before the first contact, or not be simulated.
     """
     began = time.monotonic()
+    machine, left_out = standing_in_all_drops(machine)
     progress("reading levitation and noise")
     drops = measured_drops(records, machine)
     horizons = [h for h in stages_of(machine).diagnosis if h <= min(drop.seconds for drop in drops)]
@@ -142,9 +145,11 @@ def diagnose(
         found = _first_judged(field, slowed, suspected, progress)
         obstacle = mistaken or _drift(found, horizons)
         late, late_before, otherwise = None, None, None
+        unseen = []
         if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
+            unseen = [untold(found.believed)] if late is None else []
         believed = found.believed
         unlike = _unlike(believed) if obstacle is None else []
         slows = slowing_beside(believed) if mistaken is None else SlowsOtherwise()
@@ -159,10 +164,16 @@ def diagnose(
         late=late,
         late_before=late_before,
         mistaken=mistaken.why if mistaken is not None else None,
-        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field, slows.driven),
+        next_test=obstacle.next_test
+        if obstacle is not None
+        else next_test(judged, found.field, slows.driven, not unseen),
         remarks=(
+            *left_out,
+            *exact_remarks(machine),
             *(remark for drop in drops for remark in (*drop.faults, *drop.remarks)),
             *_remarks(drops),
+            *_ending_remarks(drops, problem.stages.diagnosis),
+            *unseen,
             *parting_remarks(problem, asked, horizons),
             *unlike,
             *stated_remarks(believed.problem, believed.fit.point),
@@ -359,12 +370,28 @@ def _common(drops: Sequence[MeasuredDrop]) -> list[Probe]:
     return [p for p in drops[0].probes if p.name in names]
 
 
+def _ending_remarks(drops: Sequence[MeasuredDrop], horizons: Sequence[float]) -> list[str]:
+    """Say which records end before the last of the horizons, so that no model is compared that far."""
+    short = [drop for drop in drops if drop.seconds < horizons[-1]]
+    if not short:
+        return []
+    first = min(drop.seconds for drop in short)
+    reached = max(horizon for horizon in horizons if horizon <= first)
+    others = ". Without that the other drops are compared further" if len(short) < len(drops) else ""
+    return [
+        f"{', '.join(drop.name for drop in short)}: {first * 1e3:.0f} ms were recorded after the release: models are compared in"
+        f" the first {reached * 1e3:g} ms instead of {horizons[-1] * 1e3:g} ms, which tell causes apart less well{others}"
+    ]
+
+
 def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
     out = []
     if len(drops) == 1:
         out.append(
             "one drop only: none can be held out, so no gain is proved; unbalance, bow and runout, which differ by how"
-            " they change with speed, can hardly be told apart. Drop from two more speeds"
+            " they change with speed, can hardly be told apart; nothing is made of how one drop by itself departs from"
+            " simulations later on; and intervals are too narrow, since no other drop says how far the model's own faults move"
+            " values. Drop from two more speeds"
         )
     if len(drops) > 1 and of_one_speed(drops):
         out.append(

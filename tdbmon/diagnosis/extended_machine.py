@@ -31,4 +31,7 @@ def extended_head(diagnosis: Diagnosis) -> str:
     lines.append(f"verdict: {diagnosis.verdict.kind} - {diagnosis.verdict.why}")
     if diagnosis.proof is not None and diagnosis.proof.gain is not None:
         lines.append(f"gain on {diagnosis.proof.named}: {percent(diagnosis.proof.gain, 1)}")
+    if own := [each.words for each in diagnosis.verdict.accused[0].problem.free if each.of_each_drop]:
+        first = diagnosis.plain.problem.drops[0].name
+        lines.append(f"angles and numbers that differ from drop to drop are those of {first}: {', '.join(own)}")
     return "\n".join(lines)

@@ -193,12 +193,8 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     None without a keyphasor or a longer record, or where hardly any of them can be simulated.
     """
     measured = problem.drops[drop]
-    if len(measured.pulse_times) < 2:
-        return None
-    last = min(measured.seconds - 0.002, LAST_S)
-    until = min(last, float(measured.pulse_times[-1]) - measured.release)
-    length = max(_WINDOW_S, _TURNS / measured.speed)
-    begins = horizon + length * np.arange(math.floor((until - horizon) / length + 1e-9))
+    last, length = _last(measured), _window(measured)
+    begins = horizon + length * np.arange(_windows(measured, horizon))
     if len(begins) < _LEAST_WINDOWS:
         return None
     variants = []
@@ -232,6 +228,47 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     names = tuple(probe.name for probe, used in zip(measured.probes, probes, strict=True) if used)
     middle = np.asarray(begins + length / 2, dtype=float)
     return LateRecord(measured.name, horizon, middle, names, once, np.array(onces), place, np.array(places))
+
+
+def _last(drop: MeasuredDrop) -> float:
+    """Return up to when the rest of a record is looked at, s after the release."""
+    return min(drop.seconds - 0.002, LAST_S)
+
+
+def _window(drop: MeasuredDrop) -> float:
+    return max(_WINDOW_S, _TURNS / drop.speed)
+
+
+def _windows(drop: MeasuredDrop, horizon: float) -> int:
+    """Return how many windows a record has after a horizon; none without a keyphasor."""
+    if not _turns_told(drop):
+        return 0
+    until = min(_last(drop), float(drop.pulse_times[-1]) - drop.release)
+    return max(math.floor((until - horizon) / _window(drop) + 1e-9), 0)
+
+
+def _turns_told(drop: MeasuredDrop) -> bool:
+    return len(drop.pulse_times) >= 2
+
+
+def untold(contender: Contender) -> str:
+    """Say why the rest of a model's drops is not held against simulations, and what that costs."""
+    drops, horizon = contender.problem.drops, contender.horizon
+    mute = [drop.name for drop in drops if not _turns_told(drop)]
+    short = [drop for drop in drops if _turns_told(drop) and _windows(drop, horizon) < _LEAST_WINDOWS]
+    why = [f"no keyphasor tells how the shaft turns after the release in {', '.join(mute)}"] if mute else []
+    if short:
+        needed = max(horizon + _LEAST_WINDOWS * _window(drop) for drop in short)
+        names, hold = ", ".join(drop.name for drop in short), "holds" if len(short) == 1 else "hold"
+        why.append(f"{names} {hold} less than {needed * 1e3:.0f} ms after the release")
+    if not why:
+        why.append("its probes lack too many samples there, or hardly any of its simulations can be made")
+    told_by_others = len(mute) + len(short) < len(drops) and (mute or short)
+    others = ". Diagnose the other drops by themselves to have theirs looked at" if told_by_others else ""
+    return (
+        f"the rest of the record is not held against simulations, since {' and '.join(why)}: what acts later than"
+        f" {horizon * 1e3:g} ms is neither sought nor excluded{others}"
+    )
 
 
 def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.complex128], Array]:

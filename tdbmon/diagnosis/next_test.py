@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.stated_exactly import stated_exactly
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.free_effect import acts_on_sensors, place_in_words
@@ -18,6 +19,10 @@ DRIFT = (
     " at, or of the machine"
 )
 CHANGED = "none needed to tell it: look at what has changed, or state it in the machine file if it was meant"
+REST_UNSEEN = (
+    "the same drops with a keyphasor, recorded for half a second after the release: the model follows these as far as they were"
+    " compared, but what acts later was not looked at"
+)
 DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
 _ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
 
@@ -28,8 +33,11 @@ def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
     return max(speeds) < _ALIKE * min(speeds)
 
 
-def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False) -> str:
-    """Return one piece of advice; `driven` says that the drops slow as by a torque of a drive."""
+def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False, rest_seen: bool = True) -> str:
+    """Return one piece of advice.
+
+    `driven` says that the drops slow as by a torque of a drive, `rest_seen` that the rest of their records was looked at.
+    """
     drops = contenders[0].problem.drops
     speeds, alike = sorted(drop.speed for drop in drops), of_one_speed(drops)
     if verdict.kind is Kind.NONE and alike:
@@ -37,17 +45,22 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
             f"drops from two speeds below {speeds[-1]:.0f} Hz: from one speed alone an unbalance, a bow and a runout look"
             " alike, and what only one drop shows is not proved"
         )
+    if verdict.kind is Kind.NONE and not rest_seen:
+        return REST_UNSEEN
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:
-        if driven:
-            return DRIVE_OFF
         faulty = [drop.name for drop in drops if drop.faults]
-        first = (
-            f"put right what the checks of {', '.join(faulty)} say, and diagnose the same drops again; if it stays, "
-            if faulty
-            else ""
+        exact = stated_exactly(contenders[0].problem.model.machine)
+        first = "; ".join(
+            [
+                *([f"put right what the checks of {', '.join(faulty)} say"] if faulty else []),
+                *([f"give {'; '.join(exact)} in the machine file the tolerance to which it is known"] if exact else []),
+            ]
         )
+        first = f"{first}, and diagnose the same drops again; if it stays, " if first else ""
+        if driven:
+            return f"{first if exact else ''}{DRIVE_OFF}"
         return (
             f"{first}two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
             " and record acceleration of the foundation with them"
@@ -59,7 +72,8 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
             " with the cage (about 0.4 of a turn a turn), waves of a race with the balls that pass; then look at the balls"
         )
     causes = [cause for each in verdict.accused for cause in each.causes]
-    if verdict.kind is Kind.NAMED:
+    of_one = len({each.effects for each in verdict.accused}) == 1  # or of nothing at all: no other looks like it
+    if verdict.kind is Kind.NAMED or of_one:
         between = "a speed below" if alike else f"between {speeds[0]:.0f} and"
         return "; ".join(
             [

@@ -22,7 +22,7 @@ from tdbsim.machine import Machine
 from tdbmon.diagnosis.contender import EXPLAINED
 from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
 from tdbmon.diagnosis.next_test import CHANGED
-from tdbmon.diagnosis.verdict import Kind, outside
+from tdbmon.diagnosis.verdict import Kind, Verdict, outside
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import Parameter, entries, machine_parameters, restated_machine
 from tdbmon.machine_file import with_effects
@@ -68,11 +68,11 @@ class Reference:
     changes : tuple of Change
         Those far beyond their tolerance first, then the greatest in units of its intervals.
     remarks : tuple of str
-        What the earlier drops could not settle, and which values differ by less than is told for a change.
+        What the earlier drops lack and could not settle, and which values differ by less than is told for a change.
     not_compared : str
         Which values could not be compared, and why; empty where all were.
     compares : bool
-        False where a fit does not follow its drops, so that none of its values could be.
+        False where none could be, since a fit does not follow its drops or the machine file gives no value a tolerance.
     """
 
     before: Diagnosis
@@ -162,7 +162,7 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
     wanted : mapping of float
         Values (SI, by name) that have changed beyond their tolerances, as the first contacts since tell them.
     """
-    jumps, remarks = tuple(_jumps(machine, before, since, wanted)), _remarks(before)
+    jumps, remarks = tuple(_jumps(machine, before, since, wanted)), (*_of_records(before), *_remarks(before))
     lost = {"reference": before, "later": since}
     lost = {which: each for which, each in lost.items() if not follows(each)}
     if lost:
@@ -171,6 +171,9 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
         )
         other = "other values" if jumps else "values of the machine"
         why = f"{other}: the model leaves {left}, and a fit that does not follow drops tells nothing of its values"
+        return Reference(before, jumps, remarks, why, compares=False)
+    if not machine_parameters(machine):
+        why = "values of the machine: its file gives none a tolerance, so that none was fitted; state how well they are known"
         return Reference(before, jumps, remarks, why, compares=False)
     fits = machine, before.values, since.values
     told = (*jumps, *(each for each in changes(*fits) if each.name not in wanted))
@@ -189,6 +192,12 @@ def standing(before: Diagnosis) -> list[Effect]:
     return [each.at(shared, own, 0) for each in best.problem.free if not each.of_each_drop]
 
 
+def _of_records(before: Diagnosis) -> tuple[str, ...]:
+    """Return what the reference drops lack, said of them: of a drop by its name, of all of them as those of the reference."""
+    names = tuple(f"{drop.name}: " for drop in before.plain.problem.drops)
+    return tuple(each if each.startswith(names) else f"of the reference drops: {each}" for each in before.remarks)
+
+
 def _remarks(before: Diagnosis) -> tuple[str, ...]:
     verdict = before.verdict
     if verdict.kind is Kind.UNKNOWN:
@@ -205,10 +214,23 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
         for f in verdict.accused[0].problem.free
         if f.of_each_drop
     ]
-    return tuple(
+    return tuple(_left_open(verdict)) + tuple(
         f"{name} is in the reference drops already, {otherwise}: if it is named again, it is no news"
         for name, otherwise in turning
     )
+
+
+def _left_open(verdict: Verdict) -> Iterator[str]:
+    """Say which of several causes stands in the model of the later drops, where the earlier ones cannot decide."""
+    first, *others = dict.fromkeys(each.words for each in verdict.accused)
+    others += [each.words for each in verdict.alike]
+    if verdict.or_nothing:
+        others.append("nothing at all")
+    if others:
+        yield (
+            f"the reference drops leave open whether they show {first}, which counts for the model of the later drops, or"
+            f" {' or '.join(others)}: a cause that is named beside it may be no news"
+        )
 
 
 def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ...]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from tdbmon.diagnosis.contract import causes_json, value_and_interval
 from tdbmon.diagnosis.reference import APART, Reference
-from tdbmon.quantity import plain
+from tdbmon.quantity import counted, plain
 
 
 def reference_json(reference: Reference) -> dict[str, Any]:
@@ -30,7 +30,7 @@ def reference_lines(reference: Reference) -> list[str]:
     before = reference.before
     named = " or ".join(dict.fromkeys(each.name for each in before.verdict.accused))
     out = [
-        f"reference ({len(before.plain.problem.drops)} drops): {before.verdict.kind}{f' - {named}' if named else ''}"
+        f"reference ({counted(len(before.plain.problem.drops), 'drop')}): {before.verdict.kind}{f' - {named}' if named else ''}"
     ]
     for each in reference.changes:
         out.append(

@@ -60,7 +60,7 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
     machine = contender.problem.model.machine
     torques = torques_beside_lag(slowings, contender)
     if torques is not None:
-        return SlowsOtherwise((torque_in_words(torques, machine),), driven=True)
+        return SlowsOtherwise((torque_in_words(torques, machine),), driven=not _is_drag(torques, machine))
     factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return SlowsOtherwise()
@@ -171,7 +171,12 @@ def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
     """Return what torques of `torques_beside_lag`, N m, may be, in words."""
     low, high = sorted((float(np.abs(torques).min()), float(np.abs(torques).max())))
     size = f"{low:.2g} to {high:.2g} N m" if f"{low:.2g}" != f"{high:.2g}" else f"{high:.2g} N m"
-    if torques[0] < 0:
+    if _is_drag(torques, machine):
+        said = (
+            f"falls back as by a torque of {size}, and the machine file states no speed_decay_time, so the model has no drag:"
+            " state it."
+        )
+    elif torques[0] < 0:
         said = f"runs ahead as by a torque of {size}: does the drive stay on?"
     else:
         most, friction = most_friction(machine, build_rotor(machine))
@@ -182,6 +187,11 @@ def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
         )
         said = f"falls back as by an extra torque of {size}, {asked}"
     return f"from the release on the shaft {said} The verdict does not rest on it"
+
+
+def _is_drag(torques: NDArray[np.float64], machine: Machine) -> bool:
+    """True where what slows the shaft may be its drag, of which the machine file says nothing."""
+    return bool(torques[0] > 0) and machine.rotor.speed_decay_time is None
 
 
 def _known_drag(machine: Machine) -> float:

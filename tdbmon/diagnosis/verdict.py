@@ -66,6 +66,8 @@ class Verdict:
         What looks like the accused model as far as it held; nothing where it holds to the end.
     doubt : str or None
         Why so much of the probability is left to causes that are not listed; None where it is not.
+    or_nothing : bool
+        Whether the plain model is one of those that cannot be told apart.
     """
 
     kind: Kind
@@ -74,6 +76,7 @@ class Verdict:
     why: str
     alike: tuple[Alike, ...] = ()
     doubt: str | None = None
+    or_nothing: bool = False
 
     def leading(self, contenders: Sequence[Contender]) -> Contender:
         """Return of the contenders, in their order, the first accused; the likeliest where nobody is.
@@ -173,8 +176,10 @@ def _not_proved(case: _Case) -> Verdict | None:
     if proof is None or proved(case.plain, best, proof):
         return None
     gains = "too little" if proof.holds else "nothing"
-    kind = Kind.NONE if case.plain_explains else Kind.UNKNOWN
-    return case.nobody(kind, f"{best.words} fits better, but on {proof.named}, it gains {gains}")
+    why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
+    if case.plain_explains:
+        return case.nobody(Kind.NONE, why)
+    return outside(case.nobody(Kind.UNKNOWN, why), why)
 
 
 def _one_of_a_kind(case: _Case) -> Verdict | None:
@@ -242,7 +247,14 @@ def _accused(case: _Case) -> Verdict:
         words = {each.effects: each.words for each in accused}.values()
         why = " or ".join(words) + " explain the drops almost equally well"
     guilty = tuple(each for each in accused if each.causes)
-    return Verdict(kind, guilty, discounted(case.probabilities, case.proof), why, doubt=little_gained(case.proof))
+    return Verdict(
+        kind,
+        guilty,
+        discounted(case.probabilities, case.proof),
+        why,
+        doubt=little_gained(case.proof),
+        or_nothing=len(guilty) < len(accused),
+    )
 
 
 # in this order

@@ -52,7 +52,7 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Referenc
         diagnosis_late_record.section(evidence),
         diagnosis_gain.section(evidence),
         diagnosis_sizes.section(evidence),
-        diagnosis_values.section(evidence),
+        diagnosis_values.section(evidence, since),
         diagnosis_remains.remains(evidence),
         diagnosis_remains.next_test(evidence),
     ]

@@ -16,6 +16,7 @@ from tdbmon.diagnosis.late_record import (
     acts_later,
     late_record,
     late_records,
+    untold,
 )
 from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
@@ -168,6 +169,18 @@ def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(plain):
     mute = tuple(replace(drop, pulse_times=np.empty(0), pulse_angles=np.empty(0)) for drop in problem.drops)
     assert late_records(replace(plain, problem=replace(problem, drops=mute))) is None
     assert late_record(problem, [plain.fit.point] * 8, 0, 0.3) is None
+
+
+def test_it_is_said_that_the_rest_of_the_record_is_not_looked_at_and_why(plain):
+    """Without a keyphasor, or in a short record, nothing was told of it, and the verdict none said no more."""
+    problem = plain.problem
+    first, *others = problem.drops
+    mute = replace(first, pulse_times=np.empty(0), pulse_angles=np.empty(0))
+    short = replace(first, pulse_times=first.pulse_times[first.pulse_times < first.release + 0.1])
+    for drop, why in ((mute, "no keyphasor tells how the shaft turns"), (short, "holds less than 168 ms")):
+        said = untold(replace(plain, problem=replace(problem, drops=(drop, *others))))
+        assert f"{why}" in said and first.name in said
+        assert "what acts later than 18 ms is neither sought nor excluded. Diagnose the other drops" in said
 
 
 def test_before_the_first_pulse_the_shaft_turns_from_where_it_was_released(plain):

@@ -2,9 +2,13 @@
 
 from dataclasses import replace
 
+from tdbsim.machine import load_machine
+
 from tdbmon.diagnosis.contender import plain_of
 from tdbmon.diagnosis.next_test import next_test
+from tdbmon.diagnosis.stated_exactly import exact_remarks, stated_exactly
 from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.shipped import shipped
 
 
 def advice(plain, kind, speeds):
@@ -22,6 +26,13 @@ def test_nothing_more_is_needed_only_after_drops_from_several_speeds(competed):
         assert advice(plain, Kind.NONE, speeds).startswith("drops from two speeds below 8")
 
 
+def test_a_rest_of_the_record_that_was_not_looked_at_is_asked_for(competed):
+    """It was "none needed" beside a remark that what acts later is not excluded."""
+    nothing = Verdict(Kind.NONE, (), (), "")
+    assert next_test(nothing, tuple(competed)).startswith("none needed")
+    assert "with a keyphasor, recorded for half a second" in next_test(nothing, tuple(competed), rest_seen=False)
+
+
 def test_no_speed_above_the_fastest_is_asked_for(competed):
     plain = plain_of(competed)
     assert "from between 80 and 150 Hz" in advice(plain, Kind.NAMED, (80.0, 150.0))
@@ -34,6 +45,35 @@ def test_what_is_named_is_looked_at_on_the_machine_before_another_drop(competed)
     where, how = cause.causes[0].where, cause.causes[0].declared.on_the_machine
     assert where in said and how[1:-1] in said
     assert said.index(how[1:-1]) < said.index("a drop after that")
+
+
+def test_what_the_machine_file_states_exactly_comes_before_another_drop(competed):
+    """A file without tolerances ended as unknown, and its owner was to drop again."""
+    plain = plain_of(competed)
+    machine = load_machine(shipped("short/machine.toml"))
+    assert stated_exactly(machine) == [] == [*exact_remarks(machine)]
+    soft, *others = machine.touchdown_bearings
+    gap = soft.radial_gap.model_copy(update={"low": soft.radial_gap.nominal, "high": soft.radial_gap.nominal})
+    rotor = machine.rotor.model_copy(update={"unbalance": ()})
+    bearings = (soft.model_copy(update={"radial_gap": gap}), *others)
+    exact = machine.model_copy(update={"touchdown_bearings": bearings, "rotor": rotor})
+    (said,) = exact_remarks(exact)
+    assert "gives no tolerance to radial gap of NDE; unbalance, of which no plane is stated: no fit makes up" in said
+    model = replace(plain.problem.model, machine=exact)
+    advised = next_test(
+        Verdict(Kind.UNKNOWN, (), (), ""), (replace(plain, problem=replace(plain.problem, model=model)),)
+    )
+    assert advised.startswith(
+        "give radial gap of NDE; unbalance, of which no plane is stated in the machine file the tolerance"
+    )
+    assert "if it stays, two drops" in advised
+
+
+def test_a_cause_that_may_be_nothing_is_looked_at_on_the_machine_too(competed):
+    """A gain that was the only cause was to be told from a leak of the other probe."""
+    cause = next(each for each in competed if each.causes)
+    named, open_ = (Verdict(kind, (cause,), (), "", or_nothing=True) for kind in (Kind.NAMED, Kind.AMBIGUOUS))
+    assert next_test(open_, competed) == next_test(named, competed)
 
 
 def test_what_the_checks_say_comes_before_another_drop(competed):

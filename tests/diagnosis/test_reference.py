@@ -198,9 +198,18 @@ def test_a_changed_value_that_a_later_fit_puts_within_its_tolerance_is_told_once
 def test_a_remark_says_what_of_a_known_cause_differs_from_drop_to_drop():
     free = [SimpleNamespace(name=name, of_each_drop=True, each_held=held) for name, held in (("a", ()), ("b", ({},)))]
     found = SimpleNamespace(problem=SimpleNamespace(free=free))
+    found.words = "lobes and a ball"
     lobes, ball = _remarks(SimpleNamespace(verdict=Verdict(Kind.NAMED, (found,), (0.9,), "")))
     assert "at an angle that differs from drop to drop" in lobes
     assert "with a number that differs from drop to drop" in ball and "angle" not in ball
+
+
+def test_a_remark_says_which_of_several_causes_counts_for_the_later_drops():
+    oval, soft = (SimpleNamespace(words=words, problem=SimpleNamespace(free=[])) for words in ("oval", "soft support"))
+    for or_nothing, rest in ((False, ""), (True, " or nothing at all")):
+        verdict = Verdict(Kind.AMBIGUOUS, (oval, soft, soft), (0.5, 0.2, 0.2), "", or_nothing=or_nothing)
+        (said,) = _remarks(SimpleNamespace(verdict=verdict))
+        assert f"show oval, which counts for the model of the later drops, or soft support{rest}:" in said
 
 
 def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):
@@ -257,3 +266,25 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
     assert len(content["reference"]["drops"]) == 2
     assert re.search("no (other )?value of the machine has changed", said.out)
     assert "Changed since the reference drops" in page.read_text(encoding="utf-8")
+
+
+def test_what_the_reference_drops_lack_is_told_too():
+    """A dead probe in one of them was told to nobody."""
+    machine = load_machine(shipped("short/machine.toml"))
+    lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: none can be held out")
+    told = compared(machine, replace(diagnosed(machine), remarks=lacks), diagnosed(machine), {}).remarks
+    assert told == (lacks[0], f"of the reference drops: {lacks[1]}")
+
+
+def test_of_values_without_a_tolerance_none_is_said_to_have_stayed(tmp_path):
+    """Nothing was fitted, and "no value of the machine has changed" was said of it."""
+    stated = re.sub(
+        r'\{ nominal = ("?[^,]*?"?), tolerance = "[^"]*" \}', r"\1", shipped("short/machine.toml").read_text()
+    )
+    exact = tmp_path / "exact.toml"
+    exact.write_text(stated)
+    machine = load_machine(exact)
+    said = "\n".join(reference_lines(compared(machine, diagnosed(machine), diagnosed(machine), {})))
+    assert said.startswith("reference (1 drop): none")
+    assert "not compared: values of the machine: its file gives none a tolerance" in said
+    assert "has changed" not in said

@@ -1,20 +1,23 @@
 """How the rotor slows after paths have parted, on drops of the same simulator (synthetic)."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from tdbsim.columns import DECAY_RATE, INERTIA, RING_INERTIA
-from tdbsim.machine import Tolerant
+from tdbsim.machine import Tolerant, load_machine
 
+from tdbmon.diagnosis import slows_otherwise
 from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_beside, slowings_of, torques_beside_lag
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
+from tdbmon.shipped import shipped
 from tests.diagnosis import simulated
 
 SPEEDS = ((50.0, 1), (80.0, 2))
@@ -171,6 +174,19 @@ def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
     asked = "does the drive stay on" if torques[0] < 0 else "does the drive brake"
     assert asked in said
     assert ("more than contacts rub" in said) == (torques[0] > 20)
+
+
+def test_a_drag_that_the_machine_file_leaves_out_is_no_drive(monkeypatch):
+    """A file without speed_decay_time was told that contacts cannot slow so much, and to cut off the drive."""
+    machine = load_machine(shipped("short/machine.toml"))
+    bare = machine.model_copy(update={"rotor": machine.rotor.model_copy(update={"speed_decay_time": None})})
+    monkeypatch.setattr(slows_otherwise, "slowings_of", lambda _: ())
+    for torques, of, driven in (((8.3, 22.0), bare, False), ((8.3, 22.0), machine, True), ((-3.0, -4.0), bare, True)):
+        monkeypatch.setattr(slows_otherwise, "torques_beside_lag", lambda *_, found=torques: np.array(found))
+        plain = SimpleNamespace(problem=SimpleNamespace(model=SimpleNamespace(machine=of)))
+        told = slowing_beside(plain)
+        assert told.driven is driven
+        assert ("states no speed_decay_time" in told.remarks[0]) is not driven
 
 
 def test_torques_of_either_sign_are_no_drive(crew):

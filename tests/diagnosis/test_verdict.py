@@ -156,6 +156,9 @@ def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(compete
     assert verdict([little, bare], None).kind is Kind.NONE
     assert verdict([little, bare], None, lead=0.0).accused == (little,)  # few suspects were asked
     assert verdict([far, bare], None).kind is Kind.NAMED
+    assert not verdict([far, bare], None).or_nothing
+    nearly = verdict([contender(plain, ("probe_gain@DE_A",), 105, 0.95 * plain.floor), bare], None)
+    assert (nearly.kind, len(nearly.accused), nearly.or_nothing) == (Kind.AMBIGUOUS, 1, True)
     lost = contender(plain, (), 0, 2.5)
     assert verdict([little, lost], None).kind is Kind.NAMED
 
@@ -168,7 +171,10 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
     little = HeldOut(("drop_80.nc",), 9e-7, 7.5e-7, 3e-7, 9000.0, 7000.0)
     much = replace(little, extended=4e-7, extended_misfit=2000.0)
     assert little.gain == pytest.approx(0.25)
-    assert verdict([lobed, lost], little).kind is Kind.UNKNOWN
+    refuted = verdict([lobed, lost], little)
+    assert refuted.kind is Kind.UNKNOWN
+    assert max(refuted.probabilities) < 0.04  # it was 96 % beside 4 % for what is in no catalogue
+    assert refuted.leading([lobed, lost]) is lobed
     assert verdict([oval, lost], little).kind is Kind.NAMED
     assert verdict([lobed, lost], much).kind is Kind.NAMED
     explained = contender(plain, (), 900, 1.4)

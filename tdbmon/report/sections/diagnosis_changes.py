@@ -13,11 +13,11 @@ def section(since: Reference) -> Section:
     before = since.before
     names = [drop.name for drop in before.plain.problem.drops]
     shown = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
-    known = (
-        f"They show {shown} already; the model of the later drops has it."
-        if shown
-        else f"Verdict: {before.verdict.kind}."
-    )
+    known = f"Verdict: {before.verdict.kind}."
+    if shown:
+        stands = [free.words for free in before.verdict.accused[0].problem.free if not free.of_each_drop]
+        has = f"has {' and '.join(stands)}" if stands else "does not have it, since it lies otherwise in every drop"
+        known = f"They show {shown} already; the model of the later drops {has}."
     blocks: list[Block] = [Paragraph(f"Reference: {', '.join(names)}. {known}")]
     if since.changes:
         rows = tuple(Row((each.name, words(each.before), words(each.since))) for each in since.changes)

@@ -35,8 +35,9 @@ def section(evidence: Evidence) -> Section | None:
             + ("" if diagnosis.verdict.doubt is None else " The verdict says how far it is believed."),
             tone,
         )
+    without = proof.drop if len(proof.drops) == 1 else f"each of {proof.drop} in turn"
     how = {
-        Judge.READINGS: f"Both models were fitted again without {proof.drop}; of that drop only what is its own was then"
+        Judge.READINGS: f"Both models were fitted again without {without}; of that drop only what is its own was then"
         " fitted: position and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are"
         " those of the other drops.",
         Judge.ARC: f"For {proof.drop}, each in turn, the effect's size and the factor of the simulated lag are those of the"

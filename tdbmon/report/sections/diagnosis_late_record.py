@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.held_out import LEAST_DROPS
 from tdbmon.diagnosis.late_record import (
     IN_ONE_DROP,
     STAYS_ELSEWHERE,
@@ -54,13 +55,21 @@ def section(evidence: Evidence) -> Section | None:
             Paragraph(
                 "Neighbouring paths with impacts part, so later readings are not compared one by one. How far the shaft whirls"
                 " with its turning, and where it stays on average, is compared with simulations of each drop"
-                f" ({len(records[0].whirls)}, from points drawn about the fit). A whirl whose amplitude (to one side) or vector"
-                f" departs by {WHIRLS_OTHERWISE:g} standard deviations in half of the drops, or a probe whose readings depart"
-                f" by {STAYS_ELSEWHERE:g} on average over the drops, or either by {IN_ONE_DROP:g} in one of several drops, would"
-                " tell that something acts which the model lacks."
+                f" ({len(records[0].whirls)}, from points drawn about the fit). {_would_tell(len(records))}"
             ),
             *beside,
         ),
+    )
+
+
+def _would_tell(drops: int) -> str:
+    """Say what would count."""
+    if drops < LEAST_DROPS:
+        return "One drop by itself is not judged by that."
+    return (
+        f"A whirl whose amplitude (to one side) or vector departs by {WHIRLS_OTHERWISE:g} standard deviations in half of the"
+        f" drops, or a probe whose readings depart by {STAYS_ELSEWHERE:g} on average over the drops, or either by"
+        f" {IN_ONE_DROP:g} in one of several drops, would tell that something acts which the model lacks."
     )
 
 

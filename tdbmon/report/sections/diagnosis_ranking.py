@@ -44,15 +44,26 @@ def section(evidence: Evidence) -> Section:
         rows.append(Row((other, probability_words(max(rest, 0.0)), "", "", "", "")))
     why = diagnosis.verdict.doubt
     doubt = "" if why is None else f" Here {why}: so many models with so little gain were wrong there."
+    alone = ""
+    if diagnosis.verdict.accused and diagnosis.proof is None:
+        alone = " That was counted of models proved on a drop held out; how often one without that is wrong was not."
+    refuted = ""
+    if diagnosis.verdict.kind is Kind.NONE and diagnosis.best.causes:
+        refuted = " They go by the fit alone: the verdict says why the likeliest model here is not believed."
     header = ("Model", "Probability", "ΔBIC", "Residual, times noise", "Values fitted more", "Fitted to")
+    listed = (
+        "Only models that came to the end are listed; every other effect and place of the catalogue was tried and promised"
+        " less, or fell behind."
+        if diagnosis.mistaken is None
+        else "No effect was tried."
+    )
     blocks: list[Block] = [
         Paragraph(
-            "Only models that came to the end are listed; every other effect and place of the catalogue was tried and promised"
-            " less, or fell behind. ΔBIC is the difference of the Bayesian information criterion (misfit, and the logarithm of"
+            f"{listed} ΔBIC is the difference of the Bayesian information criterion (misfit, and the logarithm of"
             " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
             " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
             f" At least {100 * WRONG:.0f} % are left to what is not listed: so often, on synthetic drops made by another program,"
-            " was a model that explained them the wrong one." + doubt
+            " was a model that explained them the wrong one." + alone + doubt + refuted
         ),
         Table("Models by probability", header, tuple(rows)),
     ]

@@ -46,17 +46,17 @@ def section(evidence: Evidence) -> Section:
     if not found:
         blocks.append(Paragraph("No drop has a stretch without missing samples that is long enough for a spectrum."))
         return Section(_TITLE, tuple(blocks))
-    lines = [line for each in found for line in each.lines(_LINES)]
+    lines, resolution = [line for each in found for line in each.lines(_LINES)], max(each.resolution for each in found)
     blocks += [
         Figure(
             "residual-spectrum",
             "What the plain model leaves, as forward and backward whirl. Dotted: the level that noise alone passes in one"
             " spectrum of a hundred. Peaks of the drops over each other on the left have one frequency, on the right one"
-            " order of rotation. Drops are short: a peak is no sharper than the resolution stated above.",
+            f" order of rotation. Drops are short: no peak tells a frequency closer than to ± {resolution / 2:.0f} Hz.",
             "For each end, amplitude of the residual against frequency and against order, a line a drop.",
             partial(residual_spectrum, found),
         ),
-        _lines(lines, max(each.resolution for each in found)),
+        _lines(lines, resolution),
     ]
     return Section(_TITLE, tuple(blocks))
 

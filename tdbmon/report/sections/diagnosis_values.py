@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.reference import Reference
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.identify.parameters import file_values
@@ -13,21 +14,29 @@ from tdbmon.report.sections.fitted_values import toleranced, value_words
 _EDGE = 1e-3  # of a tolerance: so near to its end a value has gone as far as it may
 
 
-def section(evidence: Evidence) -> Section | None:
-    """Return the table; None where no model is believed, whose values have made up for what it lacks."""
+def section(evidence: Evidence, since: Reference | None = None) -> Section | None:
+    """Return the table; None where no model is believed, whose values have made up for what it lacks.
+
+    A value that changed beyond its tolerance `since` earlier drops stands beside what the file has, not what the fit began with.
+    """
     diagnosis = evidence.diagnosis
     if diagnosis.verdict.kind is Kind.UNKNOWN or not diagnosis.values:
         return None
-    machine, stated = diagnosis.machine, file_values(diagnosis.machine)
+    machine = since.before.machine if since is not None else diagnosis.machine
+    stated, fitted = file_values(machine), file_values(diagnosis.machine)
     rows = []
     for name, value in diagnosis.values.items():
-        entry = stated.get(name)
-        at_edge = entry is not None and not entry.is_exact and _at_edge(value, entry.low, entry.high)
+        entry, range_ = stated.get(name), fitted.get(name)
+        remark = ""
+        if range_ is not None and not range_.is_exact and _at_edge(value, range_.low, range_.high):
+            remark = "as far off as the file lets it go: the truth may lie beyond"
+        elif entry is not None and range_ != entry:
+            remark = "changed beyond its tolerance since the reference drops"
         told = toleranced(entry, value.unit) if entry is not None else "–"
-        remark = "as far off as the file lets it go: the truth may lie beyond" if at_edge else ""
         rows.append(Row((value_words(name, machine), words(value), told, remark)))
     header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
-    caption = "Values to which the machine file gives a tolerance, as these drops have them (95 % intervals)"
+    these = "these drops have" if len(diagnosis.plain.problem.drops) > 1 else "this drop has"
+    caption = f"Values to which the machine file gives a tolerance, as {these} them (95 % intervals)"
     return Section("Values of the machine", (Table(caption, header, tuple(rows)),))
 
 

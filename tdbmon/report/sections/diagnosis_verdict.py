@@ -7,6 +7,7 @@ from tdbsim.effect import catalogue
 from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.held_out import LEAST_DROPS
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import capitalised, percent
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
@@ -32,14 +33,7 @@ def section(evidence: Evidence) -> Section:
     for cause in {cause.name: cause for cause in causes}.values():
         blocks.append(Paragraph(f"{capitalised(cause.words)}: {cause.declared.what}"))
     if diagnosis.verdict.kind is Kind.NONE:
-        blocks.append(
-            Paragraph(
-                f"{len(catalogue())} kinds of effects were looked for, each at every place of the machine that it can act"
-                " on. One of them would have been named if the plain model had left clearly more than noise, a model with"
-                f" it no more than {EXPLAINED:g} times what noise leaves, and that model had done better on a drop held"
-                " out. An effect too small for these drops to show is not excluded."
-            )
-        )
+        blocks.append(Paragraph(_looked_for(diagnosis)))
     if diagnosis.mistaken is not None:
         blocks.append(
             Paragraph(
@@ -57,8 +51,8 @@ def section(evidence: Evidence) -> Section:
     elif diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
         blocks.append(
             Paragraph(
-                "Something acts later than the readings can be followed. No effect of the catalogue is sought there: look at"
-                " the rest of the record, below."
+                "Something acts later than the readings can be followed. Of the catalogue only what builds up with rubbing is"
+                f" sought there ({_building_up()}), and none of it explains the rest of the record: look at that, below."
             )
         )
     elif diagnosis.verdict.kind is Kind.UNKNOWN:
@@ -72,6 +66,28 @@ def section(evidence: Evidence) -> Section:
     records = [drop.name for drop in diagnosis.plain.problem.drops]
     blocks += [Verdict(remark, "attention") for remark in grouped(diagnosis.remarks, records)]
     return Section("Verdict", tuple(blocks))
+
+
+def _looked_for(diagnosis: Diagnosis) -> str:
+    """Say when one of the effects would have been named."""
+    comma, better, proof = ",", ", and that model had done better on a drop held out", ""
+    if len(diagnosis.plain.problem.drops) < LEAST_DROPS:
+        comma, better, proof = " and", "", " Of one drop none can be held out as a proof."
+    return (
+        f"{len(catalogue())} kinds of effects were looked for, each at every place of the machine that it can act"
+        f" on. One of them would have been named if the plain model had left clearly more than noise{comma}"
+        f" a model with it no more than {EXPLAINED:g} times what noise leaves{better}.{proof} An effect"
+        f" too small for {_these(diagnosis)} to show is not excluded."
+    )
+
+
+def _building_up() -> str:
+    return ", ".join(each.title for each in catalogue() if each.kind.builds_up)
+
+
+def _these(diagnosis: Diagnosis) -> str:
+    count = len(diagnosis.plain.problem.drops)
+    return "this one drop" if count == 1 else f"these {count} drops"
 
 
 def _sentence(diagnosis: Diagnosis) -> str:
@@ -89,15 +105,18 @@ def _sentence(diagnosis: Diagnosis) -> str:
         several = {each.effects: each for each in reversed(verdict.accused)}.values()
         shares = [(each.words, _share(diagnosis, each)) for each in reversed(several)]
         shares += [(each.words, probability_words(each.probability)) for each in verdict.alike]
+        if verdict.or_nothing:
+            shares.append(("nothing at all", probability_words(_probability(diagnosis, diagnosis.plain))))
         either = "; or ".join(f"{words} ({share})" for words, share in shares)
-        return f"Ambiguous: {either}. These {drops} cannot decide between them."
+        return f"Ambiguous: {either}. {_these(diagnosis).capitalize()} cannot decide between them."
     if diagnosis.mistaken is not None:
         return f"Unknown: the set-up is not what the machine file says ({drops})."
     if diagnosis.changed is not None:
         return f"Unknown: {diagnosis.changed} changed beyond what the machine file allows ({drops})."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
-    return f"None: the plain model lacks nothing that these {drops} show."
+    shows = "shows" if count == 1 else "show"
+    return f"None: the plain model lacks nothing that {_these(diagnosis)} {shows}."
 
 
 def probability_words(probability: float) -> str:
@@ -105,6 +124,10 @@ def probability_words(probability: float) -> str:
     if probability > 0.99:
         return "> 99 %"
     return "< 1 %" if probability < 0.01 else percent(probability)
+
+
+def _probability(diagnosis: Diagnosis, contender: Contender) -> float:
+    return diagnosis.verdict.probabilities[diagnosis.contenders.index(contender)]
 
 
 def _share(diagnosis: Diagnosis, contender: Contender) -> str:

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
     from tdbmon.identify.fitted import FittedDrop
 
+_UNBALANCE = {
+    "amount": "amount of the unbalance",
+    "phase": "phase of the unbalance",
+    "along": "unbalance along its stated phase",
+    "across": "unbalance across its stated phase",
+}
 _OTHER_LAW = 1e-3  # from the exponent of a line contact: a smaller difference is not written
 
 
@@ -46,8 +52,8 @@ def fitted_values(fitted: FittedDrop) -> Table:
 def value_words(name: str, machine: Machine) -> str:
     """Return the name of a fitted value in words: ``NDE: support stiffness`` of ``NDE.support_stiffness``."""
     owner, _, field = name.rpartition(".")
-    if owner in {plane.name for plane in machine.rotor.unbalance} and field in ("amount", "phase"):
-        return f"{owner}: {field} of the unbalance"
+    if owner in {plane.name for plane in machine.rotor.unbalance}:
+        return f"{owner}: {_UNBALANCE.get(field, field)}"
     if field in ("centre_x", "centre_y"):
         return f"{owner}: bearing's centre {field[-1]} from the probes' zero"
     if field == "contact_stiffness":

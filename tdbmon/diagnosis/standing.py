@@ -1,0 +1,34 @@
+"""Which effects that a machine file carries can stand in the model of several drops.
+
+An angle that differs from drop to drop (lobes, waves and runout that turn with what they are on) is in the file as one drop had
+it.  In the others such an effect would be put on at a wrong angle, and its like could be no suspect there either.  So it is
+sought anew.  A ball's number stays: it counts from the cage's angle, which is fitted to each drop all round.
+"""
+
+from __future__ import annotations
+
+from tdbsim.effect import Effect
+from tdbsim.machine import Machine
+from tdbsim.stated_effects import from_setting
+
+from tdbmon.identify.free_effect import place_in_words
+
+
+def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
+    """Return the machine without effects at an angle that differs from drop to drop, and what there is to say of these."""
+    kept, remarks = [], []
+    for setting in machine.effects:
+        effect = from_setting(setting)
+        if not _at_own_angle(effect):
+            kept.append(setting)
+            continue
+        remarks.append(
+            f"{setting.name} at {place_in_words(setting.where)} is in the machine file at the angle of one drop, which differs"
+            " from drop to drop: it is left out of the model and sought anew, and if it is named again, that is no news"
+        )
+    return machine.model_copy(update={"effects": tuple(kept)}) if remarks else machine, tuple(remarks)
+
+
+def _at_own_angle(effect: Effect) -> bool:
+    fixed = any(getattr(effect, name) == word for name, word in effect.fixed_by.items())
+    return not fixed and any(each.per_drop and not each.whole for each in effect.parameters())
