@@ -35,7 +35,7 @@ blind: $(VENV)/.installed-dev   # N blind cases through the command line; about 
 
 SETS ?= 50
 blind-forces: $(VENV)/.installed-dev   # forces and values fitted to SETS sets of four drops, against the truth; a minute or two each
-	$(BIN)/python -m tests.fitted_forces --sets $(SETS) --seed 300 --out blind-output/forces --page docs/fitted_forces.md
+	$(BIN)/python -m tests.fitted_forces --sets $(SETS) --seed 600 --out blind-output/forces --page docs/fitted_forces.md
 
 bench: $(VENV)/.installed-dev
 	$(BIN)/python -m benchmarks

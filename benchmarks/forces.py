@@ -53,7 +53,8 @@ code with tdbmon or tdbsim; "true" is what that program used.
    its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
    beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. Where the recorded shaft goes
    farther out than most of the members, or less far, as where some whirl, a remark says so, and what those press that go as
-   it does.
+   it does. No force is told where the fitted model is off by more than a tenth of the gap in the first 60 ms (rms), or the
+   drops contradict the machine file.
 3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by one rule in both, residuals to
    growing horizons. The friction that brings the simulated orbits nearest to the measured ones, all else as fitted (the
    dissertation's way), beside that of least squares.

@@ -82,7 +82,7 @@ def analyse(
         bool,
         typer.Option(
             "--forces",
-            help="fit the simulation to the first contacts: forces, stresses (some ten seconds; whole coast-downs longer)",
+            help="fit the simulation to the first contacts: forces, stresses (half a minute; whole coast-downs longer)",
         ),
     ] = False,
     calibrated: Annotated[

@@ -139,7 +139,7 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
         SlowRoll,
         "`slow_roll` of `[[probe]]`",
         "Optional: run-out of the probe's track, mechanical and electrical, from a slow roll on the magnetic bearings. A plain"
-        " analysis and fits take it off all readings by the keyphasor's angle.",
+        " analysis and fits take it off all readings by the angle of the keyphasor, which must give one pulse a revolution.",
     ),
     (SpeedSignal, "`[speed]`", "Optional; without it the keyphasor gives the speed."),
     (Keyphasor, "`[keyphasor]`", "Optional: one pulse a revolution, or the pulses of a toothed wheel."),

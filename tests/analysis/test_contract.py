@@ -9,6 +9,7 @@ from tdbmon.analysis.contract import analysis_json
 from tdbmon.history.extract import features_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
+from tests.json_page import documented
 from tests.shipped_drops import analysed, recorded
 
 LACKING = {
@@ -34,6 +35,10 @@ def quantities(content, at=""):
         items = content.items() if isinstance(content, dict) else enumerate(content)
         for name, value in items:
             yield from quantities(value, f"{at}/{name}")
+
+
+def test_the_page_of_the_json_has_its_keys():
+    assert set(analysis_json(analysed("short/drop_100"))) == documented("analyse")
 
 
 @pytest.mark.parametrize("which", LACKING)

@@ -8,6 +8,7 @@ from typer.testing import CliRunner
 
 from tdbmon.cli import app, main
 from tdbmon.shipped import shipped
+from tests.json_page import documented
 
 
 @pytest.fixture(scope="module")
@@ -24,6 +25,7 @@ def result(tmp_path_factory):
 def test_hidden_effect_is_named_with_its_place_and_size(result):
     content, _, _ = result
     answer = json.loads(shipped("loose/answer.json").read_text())["hidden"]["loose_support"]
+    assert set(content) == documented("diagnose")
     assert content["verdict"] == "named"
     (cause,) = content["causes"]
     assert (cause["effect"], cause["where"]) == ("loose_support", answer["where"])

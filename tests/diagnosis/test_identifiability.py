@@ -16,6 +16,7 @@ from tdbmon.diagnosis.suspects import suspects
 from tdbmon.estimate import Estimate
 from tdbmon.shipped import shipped
 from tests.identify import drops
+from tests.json_page import documented
 
 NOISE = 2e-6
 
@@ -73,6 +74,7 @@ def test_a_second_drop_shows_smaller_gains(found, among):
 
 def test_json_and_lines_hold_every_size(found):
     content = json.loads(json.dumps(identifiability_json(found), allow_nan=False))
+    assert set(content) == documented("identifiability")
     assert len(content["effects"]) == len(found.detectable)
     for each in content["effects"]:
         quantity = each["smallest_detectable"]

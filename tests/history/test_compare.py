@@ -18,6 +18,7 @@ from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.html import render_html
 from tests.history.conftest import YEARS
 from tests.history.made import ENDS, add, files, filing, fill, judged
+from tests.json_page import documented
 
 
 def test_the_hidden_wear_is_found_and_the_drops_before_it_raise_nothing(years):
@@ -49,6 +50,7 @@ def test_every_feature_is_declared_and_has_its_unit(years):
 def test_the_json_is_that_of_the_contract(years):
     comparison, verdict = judged(years, years.entries()[7].id)
     content = comparison_json(comparison, verdict)
+    assert set(content) == documented("compare")
     assert set(content) >= {"verdict", "reasons", "drop", "matched", "matching", "features", "stress", "life"}
     assert len(content["matched"]) == 7
     assert content["matching"]["speed_hz"] == pytest.approx(74.1, abs=0.1)
