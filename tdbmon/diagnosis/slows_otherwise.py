@@ -13,7 +13,7 @@ from tdbsim.machine import Machine
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.braked import most_friction
-from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contender import HARDLY, Contender
 from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
@@ -77,18 +77,14 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
     """Return what a factor of the lag speaks for and against: polar inertia, the rings' inertia, friction."""
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     rotor = f"the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
-    told = polar_inertia(contender) if not contender.fails else None
+    told = polar_inertia(contender) if contender.ratio < HARDLY * contender.floor else None
     if told is None or told.sigma > _TELLS:
-        rotor = f"{rotor} may not be as the file has it"
+        rotor = f"{rotor} may be another than in the file"
     elif abs(told.factor - 1) < max(_AS_TURNED, _CERTAINLY * told.sigma):
-        rotor = (
-            f"{rotor} is not the reason, since the shaft's gyroscopic motion confirms it to"
-            f" {100 * (abs(told.factor - 1) + 2 * told.sigma):.1g} %"
-        )
+        off = 100 * (abs(told.factor - 1) + 2 * told.sigma)
+        rotor = f"{rotor} is not the reason, since the shaft's gyroscopic motion confirms it to {off:.1g} %"
     else:
-        rotor = (
-            f"{rotor} is not as the file has it: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
-        )
+        rotor = f"{rotor} is another: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
         if abs(told.factor * factor - 1) < _PLAINLY:
             return f"{rotor}, which explains it"
     slip = _while_rings_slip(slowings, contender.problem.model.machine)
@@ -96,19 +92,15 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
         return f"{rotor}; the inertia of the inner rings or friction at small loads may be another than in the file"
     early, sigma = slip
     if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
-        beside = (
-            ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
-            if factor > 1
-            else ""
-        )
+        beside = ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
         return (
-            f"{rotor}; nor are the inertias or drags of the inner rings, since it is {early:.2f} times already while the rings"
-            f" slip and friction alone slows the shaft{beside}"
+            f"{rotor}; inertia and drag of the inner rings are not the reason, since it is {early:.2f} times already while the"
+            f" rings slip and friction alone slows the shaft{beside if factor > 1 else ''}"
         )
     much = "more" if factor > early else "less"
     return (
-        f"{rotor}; while the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than the file has"
-        " it: their inertia, with that of balls and cage, or their drag"
+        f"{rotor}; while the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than in the file:"
+        " their inertia, with that of balls and cage, or their drag"
     )
 
 

@@ -426,7 +426,7 @@ def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> 
     words = _words(build_diagnosis_report(found))
     assert "the shaft whirls once a revolution 2.5 times as far in drop_97.nc" in words
     assert "Something acts later than the readings can be followed." in words
-    assert "(Ring drag, Stribeck friction, Thermal growth), and none of it explains" in words
+    assert "(ring drag, Stribeck friction, thermal growth), and none of it explains" in words
     assert "departs by 2 standard deviations in half of the drops" in words
 
 

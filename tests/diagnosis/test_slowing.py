@@ -104,7 +104,7 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     assert "in all drops" in said
     # the gyroscopic moments, which are as they were, speak against another polar inertia
     assert "kg m^2 by the machine file) is not the reason" in said
-    assert "nor are the inertias or drags of the inner rings" in said
+    assert "inertia and drag of the inner rings are not the reason" in said
     one_drop = replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1])
     (said,) = slowing_beside(settled_plain(one_drop)).remarks
     assert "drops" not in said
@@ -119,7 +119,7 @@ def test_a_polar_inertia_that_is_wrong_shows_in_the_gyroscopic_motion_too(crew):
     told = polar_inertia(plain)
     assert told.factor == pytest.approx(1.4, abs=max(0.1, 3 * told.sigma))
     (said,) = slowing_beside(plain).remarks
-    assert f"is not as the file has it: the shaft's gyroscopic motion wants {told.factor:.2f} times" in said
+    assert f"is another: the shaft's gyroscopic motion wants {told.factor:.2f} times" in said
     assert "which explains it. The verdict" in said
 
 
@@ -130,7 +130,7 @@ def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew
     heavier.arrays.end[:, RING_INERTIA] *= 2.0
     plain = settled_plain(replace(problem, model=heavier))
     (said,) = slowing_beside(plain).remarks
-    assert "so that they take less to be turned than the file has it" in said
+    assert "so that they take less to be turned than in the file" in said
 
 
 def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
