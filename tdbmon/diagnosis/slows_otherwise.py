@@ -79,10 +79,10 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
     rotor = f"the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
     told = polar_inertia(contender) if contender.ratio < HARDLY * contender.floor else None
     if told is None or told.sigma > _TELLS:
-        rotor = f"{rotor} may be another than in the file"
+        rotor = f"{rotor} may be another than in the file, which these drops do not tell"
     elif abs(told.factor - 1) < max(_AS_TURNED, _CERTAINLY * told.sigma):
         off = 100 * (abs(told.factor - 1) + 2 * told.sigma)
-        rotor = f"{rotor} is not the reason, since the shaft's gyroscopic motion confirms it to {off:.1g} %"
+        rotor = f"{rotor} does not explain it, since the shaft's gyroscopic motion confirms it to {off:.1g} %"
     else:
         rotor = f"{rotor} is another: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
         if abs(told.factor * factor - 1) < _PLAINLY:
@@ -94,8 +94,8 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
     if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
         beside = ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
         return (
-            f"{rotor}; inertia and drag of the inner rings are not the reason, since it is {early:.2f} times already while the"
-            f" rings slip and friction alone slows the shaft{beside if factor > 1 else ''}"
+            f"{rotor}; nor do inertia and drag of the inner rings explain it, since it is {early:.2f} times already while the rings"
+            f" slip and friction alone slows the shaft{beside if factor > 1 else ''}"
         )
     much = "more" if factor > early else "less"
     return (
