@@ -94,8 +94,8 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
     if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
         beside = ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
         return (
-            f"{rotor}; nor do inertia and drag of the inner rings explain it, since it is {early:.2f} times already while the rings"
-            f" slip and friction alone slows the shaft{beside if factor > 1 else ''}"
+            f"{rotor}; nor do inertia and drag of the inner rings explain it, since it is {early:.2f} times already while the"
+            f" rings slip and friction alone slows the shaft{beside if factor > 1 else ''}"
         )
     much = "more" if factor > early else "less"
     return (
