@@ -68,7 +68,7 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
     return SlowsOtherwise(
         (
             f"the contacts slow the shaft {factor:.2f} times as much as simulated{where}, and a drag within its tolerance does"
-            f" not explain that: {_why_so(factor, slowings, contender)}. The verdict does not rest on it",
+            f" not explain that. {_why_so(factor, slowings, contender)}. The verdict does not rest on it",
         )
     )
 
@@ -76,30 +76,30 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
 def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) -> str:
     """Return what a factor of the lag speaks for and against: polar inertia, the rings' inertia, friction."""
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
-    rotor = f"the rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
+    rotor = f"The rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
     told = polar_inertia(contender) if contender.ratio < HARDLY * contender.floor else None
     if told is None or told.sigma > _TELLS:
         rotor = f"{rotor} may be another than in the file, which these drops do not tell"
     elif abs(told.factor - 1) < max(_AS_TURNED, _CERTAINLY * told.sigma):
         off = 100 * (abs(told.factor - 1) + 2 * told.sigma)
-        rotor = f"{rotor} does not explain it, since the shaft's gyroscopic motion confirms it to {off:.1g} %"
+        rotor = f"{rotor} does not either: the shaft's gyroscopic motion confirms it to {off:.1g} %"
     else:
         rotor = f"{rotor} is another: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
         if abs(told.factor * factor - 1) < _PLAINLY:
             return f"{rotor}, which explains it"
     slip = _while_rings_slip(slowings, contender.problem.model.machine)
     if slip is None:
-        return f"{rotor}; the inertia of the inner rings or friction at small loads may be another than in the file"
+        return f"{rotor}. The inertia of the inner rings or friction at small loads may be another than in the file"
     early, sigma = slip
     if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
-        beside = ". Something may rub beside the journals, or farther out, as a shoulder on a ring's face"
+        beside = ". Something may rub beside the journals, or farther out, such as a shoulder on a ring's face"
         return (
-            f"{rotor}; nor do inertia and drag of the inner rings explain it, since it is {early:.2f} times already while the"
-            f" rings slip and friction alone slows the shaft{beside if factor > 1 else ''}"
+            f"{rotor}. Inertia and drag of the inner rings do not explain it: it is {early:.2f} times already while the rings"
+            f" slip, when friction alone slows the shaft{beside if factor > 1 else ''}"
         )
     much = "more" if factor > early else "less"
     return (
-        f"{rotor}; while the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than in the file:"
+        f"{rotor}. While the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than in the file:"
         " their inertia, with that of balls and cage, or their drag"
     )
 
