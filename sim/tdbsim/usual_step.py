@@ -40,6 +40,14 @@ _RINGS = 2.5
 _SHORTER = 1.5  # rad, where that is too much
 # what a damper may take in a step, as exponents of what is left: kicks that go back in time give as much, and multiply errors
 _STRUCK, _ROLLED, _YIELDED = 0.6, 2.8, 8.0
+_OF = (
+    "contact_stiffness and inner_ring_mass",
+    "balls, support_stiffness, inner_ring_mass and support_mass",
+    "contact_stiffness, contact_damping and inner_ring_mass",
+    "ball_damping, inner_ring_mass and support_mass",
+    "support_damping and support_mass",
+    "foundation_mode",
+)
 
 
 def usual_step(model: DropModel) -> float:
@@ -65,10 +73,10 @@ def usual_step(model: DropModel) -> float:
     for end, bearing in enumerate(ends):
         shape, row = model.arrays.at_end[end], model.arrays.end[end].tolist()
         turns = _turns(row, stiffness[end], bearing.contact_exponent, float(shape @ shape), step)
-        parts = max(parts, *(math.ceil(turn) for turn in turns.values()))
+        parts = max(parts, math.ceil(max(turns)))
         if step < _SHORTEST * parts:
             raise InputError(
-                f"touchdown_bearing '{bearing.name}': with its {max(turns, key=turns.__getitem__)} a drop would take steps of"
+                f"touchdown_bearing '{bearing.name}': with its {_OF[turns.index(max(turns))]} a drop would take steps of"
                 f" {step / parts:.2g} s, and hours; check these values and their units"
             )
     return step / parts
@@ -80,8 +88,8 @@ def _contact(bearing: TouchdownBearing) -> float:
     return exponent * scaled_stiffness(bearing.contact_stiffness, exponent) * _DEPTH ** (exponent - 1)
 
 
-def _turns(row: Sequence[float], contact: float, exponent: float, own: float, step: float) -> dict[str, float]:
-    """Return what swings or is damped at an end, in how many parts of a step at least.
+def _turns(row: Sequence[float], contact: float, exponent: float, own: float, step: float) -> tuple[float, ...]:
+    """Return in how many parts of a step at least what swings or is damped at an end, in the order of `_OF`.
 
     `row` : columns of the end; `contact` : stiffness of shaft on ring, N/m; `own` : what a unit of impulse makes of the shaft's
     velocity there, 1/kg.
@@ -96,16 +104,11 @@ def _turns(row: Sequence[float], contact: float, exponent: float, own: float, st
     # the squares of all natural frequencies of rings and foundation together, of which the highest is the most
     squares = max(balls, preloaded) * (ring + outer) + support * (outer + base) + row[FOUNDATION_STIFFNESS] * base
     swung = step * math.sqrt(squares)
-    return {
-        "contact_stiffness and inner_ring_mass": step * math.sqrt(contact * light) / _WITH_SHAFT,
-        "balls, support_stiffness, inner_ring_mass and support_mass": swung / (_RINGS if swung <= _RINGS else _SHORTER),
-        "contact_stiffness, contact_damping and inner_ring_mass": step
-        * 1.5
-        * row[CONTACT_DAMPING]
-        * force
-        * light
-        / _STRUCK,
-        "ball_damping, inner_ring_mass and support_mass": step * row[BALL_DAMPING] * (ring + outer) / _ROLLED,
-        "support_damping and support_mass": step * row[SUPPORT_DAMPING] * (outer + base) / _YIELDED,
-        "foundation_mode": step * row[FOUNDATION_DAMPING] * base / _YIELDED,
-    }
+    return (
+        step * math.sqrt(contact * light) / _WITH_SHAFT,
+        swung / (_RINGS if swung <= _RINGS else _SHORTER),
+        step * 1.5 * row[CONTACT_DAMPING] * force * light / _STRUCK,
+        step * row[BALL_DAMPING] * (ring + outer) / _ROLLED,
+        step * row[SUPPORT_DAMPING] * (outer + base) / _YIELDED,
+        step * row[FOUNDATION_DAMPING] * base / _YIELDED,
+    )
