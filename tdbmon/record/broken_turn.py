@@ -6,7 +6,7 @@ import numpy as np
 
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses
-from tdbmon.record.timebase import LONG, usual_interval
+from tdbmon.record.timebase import before_holes, usual_interval
 
 _LEAST = 0.02  # turns: what bounces and runs hot shifts a mark by less
 _SAMPLES = 4  # by which the rounding of four edges may make a turn differ from its neighbours
@@ -51,7 +51,7 @@ def broken_turns(pulses: Pulses, time: np.ndarray) -> list[tuple[float, float]]:
     lost = steps[inner] * usual - intervals[inner]
     least = np.maximum(_LEAST * usual, _SAMPLES * usual_interval(time))
     broken = np.abs(lost) > np.maximum(least, _STEADY * np.ptp(sides, axis=1))
-    holes = time[:-1][np.diff(time) > LONG * np.median(np.diff(time))]
+    holes = before_holes(time)
     begin, end = pulses.times[:-1][inner], pulses.times[1:][inner]
     whole = np.searchsorted(holes, begin) == np.searchsorted(holes, end)
     return [(float(begin[k]), float(lost[k])) for k in np.flatnonzero(broken & whole)]

@@ -10,7 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.record.timebase import LONG
+from tdbmon.record.timebase import before_holes
 from tdbmon.runs import runs_of
 
 _NEAR = 6  # intervals on either side that hold at least one without a missed pulse
@@ -264,13 +264,14 @@ def _beside_spikes(values: np.ndarray) -> tuple[float, float] | None:
     """Return the levels of pulses beside which a few spikes, as of the trip itself, are far higher; None without both."""
     above = values > (float(values.min()) + float(values.max())) / 2
     spikes = above if above.mean() < 0.5 else ~above
-    if len(runs_of(spikes)) > _LONE or runs_of(spikes).longest > _BRIEF:
+    runs = runs_of(spikes)
+    if len(runs) > _LONE or runs.longest > _BRIEF:
         return None
     found = _levels(values[~spikes])
     if found is None:
         return None
     level = (values[~spikes] - found[0]) / (found[1] - found[0])
-    pulsed = len(runs_of(level > 0.5)) > max(_WINDOW, 2 * len(runs_of(spikes)))
+    pulsed = len(runs_of(level > 0.5)) > max(_WINDOW, 2 * len(runs))
     return found if pulsed and _noise_of(level) < _NO_LEVELS else None
 
 
@@ -378,9 +379,7 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
 
 def _missed_in_holes(edges: np.ndarray, turns: np.ndarray, time: np.ndarray) -> int:
     """Return how many pulses are missing where the times (n,), s, of the channel's samples skip some."""
-    steps = np.diff(time)
-    holes = time[:-1][steps > LONG * np.median(steps)]
-    within = np.diff(np.searchsorted(holes, edges)) > 0
+    within = np.diff(np.searchsorted(before_holes(time), edges)) > 0
     return int((np.diff(turns) - 1)[within].sum())
 
 

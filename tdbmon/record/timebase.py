@@ -31,6 +31,12 @@ _DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # what is left of them is no t
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
+def before_holes(time: np.ndarray) -> np.ndarray:
+    """Return of times of shape (n,), n > 1, s, those after which samples are skipped."""
+    steps = np.diff(time)
+    return np.asarray(time[:-1][steps > LONG * np.median(steps)])
+
+
 def usual_interval(time: np.ndarray) -> float:
     """Return the mean interval of sampled times of shape (n,), n > 1, s: gaps left out, free of the rounding of each."""
     count, seconds = _without_gaps(time)
