@@ -16,7 +16,7 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_at_other_ends, alike_but_for_the_law
+from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
 FirstContactFits = dict[tuple[Contender, Suspect], list[Contender]]
@@ -72,12 +72,13 @@ def at_other_angles(fallen: Contender, best: Contender, horizons: Sequence[float
     return _in_place_of(-1, fallen, best, [(cause, start) for start in cause.usual()], horizons)
 
 
-def at_other_ends(
-    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
+def by_one_alike(
+    fallen: Contender, best: Contender, cause: Suspect, alike: Sequence[Suspect], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best of those with a cause of one end at both ends alike, or the other way round.
+    """Return a contender, or the best of those with one that looks like a cause in its place, begun at the same values.
 
-    One end may touch much earlier than the other; what acts at both then looks like its own until that one touches.
+    What acts at both ends looks like one end's own until the other one touches; an evenly bent shaft, in the fall and at first
+    contacts, like one bent to its bending mode.
 
     Parameters
     ----------
@@ -86,39 +87,12 @@ def at_other_ends(
     best : Contender
     cause : Suspect
         One of its causes.
-    suspects : sequence of Suspect
-        All.
+    alike : sequence of Suspect
     horizons : sequence of float
         All; fits go along those up to the contender's own.
     """
     index = best.causes.index(cause)
-    begun = [(each, best.starts()[index]) for each in suspects if alike_at_other_ends(each, cause)]
-    return _in_place_of(index, fallen, best, begun, horizons)
-
-
-def by_other_laws(
-    fallen: Contender, best: Contender, cause: Suspect, suspects: Sequence[Suspect], horizons: Sequence[float]
-) -> Contender:
-    """Return a contender, or the best of those with a cause that acts by another of its laws.
-
-    Fall and first contacts hardly tell an evenly bent shaft from one bent to its bending mode, and the law that fits them best
-    went on; what the wrong one leaves later looks like a further cause.
-
-    Parameters
-    ----------
-    fallen : Contender
-        The plain model, fitted to the fall.
-    best : Contender
-    cause : Suspect
-        One of its causes.
-    suspects : sequence of Suspect
-        All.
-    horizons : sequence of float
-        All; fits go along those up to the contender's own.
-    """
-    index = best.causes.index(cause)
-    begun = [(each, best.starts()[index]) for each in suspects if alike_but_for_the_law(each, cause)]
-    return _in_place_of(index, fallen, best, begun, horizons)
+    return _in_place_of(index, fallen, best, [(each, best.starts()[index]) for each in alike], horizons)
 
 
 def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons: Sequence[float]) -> Contender:

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.beside_values import beside_values
 from tdbmon.diagnosis.contender import EXPLAINED, SLOPES, Contender, settled
-from tdbmon.diagnosis.score import directions
 from tdbmon.identify.least_squares import linearised
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 
@@ -101,15 +100,7 @@ def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
     """
     problem, horizon = fitted.problem, fitted.horizon
     known = linearised(problem, fitted.fit.point, horizon)
-    weights = [np.sqrt(huber(r, spread(r))) for r in known.residuals]
-    # a value at its bound goes no further
-    basis, _ = directions(problem, known.slopes, weights, ~problem.at_bound(known.point))
-
-    def beside(rows: Sequence[Array], last: Array) -> Array:
-        column = np.concatenate([*(w * r for w, r in zip(weights, rows, strict=True)), last])
-        return column - basis @ (basis.T @ column)
-
-    left = beside(known.residuals, problem.prior * known.point)
+    beside = beside_values(problem, known)
     found = []
     for probe in probes:
         columns = []
@@ -118,10 +109,10 @@ def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
             if rows is None:
                 raise InputError("the model cannot be simulated where it was fitted")
             changes = [row - before for row, before in zip(rows, known.residuals, strict=True)]
-            columns.append(beside(changes, np.zeros(len(known.point))))
+            columns.append(beside.of(changes))
         design = np.column_stack(columns)
-        amounts, *_ = np.linalg.lstsq(design, -left, rcond=None)
-        gain = float(left @ left - np.sum((left + design @ amounts) ** 2))
+        amounts, *_ = np.linalg.lstsq(design, -beside.left, rcond=None)
+        gain = float(beside.left @ beside.left - np.sum((beside.left + design @ amounts) ** 2))
         found.append(Drift(probe, np.asarray(_TRIAL * amounts), gain))
     return found
 

@@ -25,8 +25,9 @@ from tdbsim.machine import Machine
 from tdbsim.sensors import ProbeChain, SensorChain, least_sampling
 from tdbsim.simulate import DropPlan, run
 
+from tdbmon.diagnosis.beside_values import directions
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff, sized
-from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, directions, trial_keys
+from tdbmon.diagnosis.score import FURTHEST, QUARTER, Key, Trials, changes_by, trial_keys
 from tdbmon.diagnosis.suspects import Suspect, suspects
 from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.identify.crew import Crew

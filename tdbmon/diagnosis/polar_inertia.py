@@ -4,12 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
-
+from tdbmon.diagnosis.beside_values import beside_values
 from tdbmon.diagnosis.contender import Contender
-from tdbmon.diagnosis.score import directions
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread
 
 _NUDGE = 0.01  # of it, to each side
 
@@ -29,23 +26,17 @@ def polar_inertia(contender: Contender) -> PolarInertia | None:
     fast the rotor slows has no part in it.
     """
     problem, fit = contender.problem, contender.fit
-    changed = [
+    more, less = (
         _with_gyroscopics(problem, 1 + side).all_residuals(fit.point, contender.horizon) for side in (_NUDGE, -_NUDGE)
-    ]
-    more, less = changed
+    )
     if more is None or less is None:
         return None
-    weights = [np.sqrt(huber(each, spread(each))) for each in fit.residuals]
-    basis, _ = directions(problem, fit.slopes, weights, ~problem.at_bound(fit.point))
-    slope = np.concatenate([w * (a - b) / (2 * _NUDGE) for w, a, b in zip(weights, more, less, strict=True)])
-    left = np.concatenate([w * r for w, r in zip(weights, fit.residuals, strict=True)])
-    known = problem.prior * fit.point
-    slope, left = np.concatenate([slope, 0 * known]), np.concatenate([left, known])
-    slope = slope - basis @ (basis.T @ slope)
+    beside = beside_values(problem, fit)
+    slope = beside.of([(a - b) / (2 * _NUDGE) for a, b in zip(more, less, strict=True)])
     power = float(slope @ slope)
     if power == 0.0:
         return None
-    return PolarInertia(1 - float(slope @ left) / power, power**-0.5)
+    return PolarInertia(1 - float(slope @ beside.left) / power, power**-0.5)
 
 
 def _with_gyroscopics(problem: Problem, factor: float) -> Problem:

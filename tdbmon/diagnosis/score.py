@@ -20,6 +20,7 @@ from tdbsim.effect import Effect
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
+from tdbmon.diagnosis.beside_values import beside_values
 from tdbmon.diagnosis.effect_size import scaled, sized
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.free_effect import acts_on_sensors
@@ -27,7 +28,6 @@ from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
 from tdbmon.identify.prediction import planned
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.robust import huber, spread
 from tdbmon.identify.variants import Variant, changes
 
 Array = NDArray[np.float64]
@@ -75,51 +75,14 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
         s after the release.
     suspects : sequence of Suspect
     """
-    point = fitted.point
-    linear = list(zip(fitted.residuals, fitted.slopes, strict=True))
-    weights = [np.sqrt(huber(r, spread(r))) for r, _ in linear]
-    # a value at its bound goes no further, as little as it may be off
-    basis, begin = directions(problem, [j for _, j in linear], weights, ~problem.at_bound(point))
-    left = np.concatenate([*(w * r for w, (r, _) in zip(weights, linear, strict=True)), problem.prior * point])
-    left = left - basis @ (basis.T @ left)
+    beside = beside_values(problem, fitted)
     tried = problem.crew.apart(
         changes_by,
-        [(problem, point, drop, horizon, suspects, weight) for drop, weight in enumerate(weights)],
+        [(problem, fitted.point, drop, horizon, suspects, weight) for drop, weight in enumerate(beside.weights)],
     )
-    bench = _Bench(basis, begin, left)
+    bench = _Bench(beside.basis, beside.begin, beside.left)
     found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
     return sorted((each for each in found if each is not None), key=lambda each: -each.gain)
-
-
-def directions(
-    problem: Problem, slopes: Sequence[Array], weights: Sequence[Array], free: NDArray[np.bool_]
-) -> tuple[Array, NDArray[np.intp]]:
-    """Return what the fitted values can do, as orthonormal columns, and the row at which each drop begins.
-
-    Parameters
-    ----------
-    problem : Problem
-    slopes : sequence of (m, columns) array
-        Of each drop.
-    weights : sequence of (m,) array
-        By which its residuals count.
-    free : (parameters,) array
-        Which values may move.
-
-    Returns
-    -------
-    basis : (rows, n) array
-        n values that are free.  Rows of the drops one after the other, then what is known of each value beforehand.
-    begin : (drops + 1,) array
-    """
-    begin = np.concatenate([[0], np.cumsum([len(weight) for weight in weights])])
-    count = len(problem.parameters)
-    design = np.zeros((int(begin[-1]) + count, count))
-    for drop, (jacobian, weight) in enumerate(zip(slopes, weights, strict=True)):
-        design[begin[drop] : begin[drop + 1], problem.columns(drop)] = jacobian * weight[:, None]
-    design[begin[-1] :] = np.diag(np.maximum(problem.prior, 1e-3))
-    basis, _ = np.linalg.qr(design[:, free])
-    return basis, begin
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,12 +18,10 @@ from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
 _DRAG_SIGMA = 0.02  # of the drag, at least
-_TELLS, _AS_TURNED = (
-    0.05,
-    0.02,
-)  # standard deviation of a polar inertia that is told; how far off one is that is confirmed
-_LEAST_SLIPPING = 2  # windows of a drop in which its rings slip
 _AS_STATED = 1e-6  # the same of a drag that is held
+_TELLS = 0.05  # standard deviation of a polar inertia that is told, at most
+_AS_TURNED = 0.02  # how far off one may be that is confirmed
+_LEAST_SLIPPING = 2  # windows of a drop in which its rings slip
 _PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
 WORTH = 60.0  # sum of squares from which on a cause is sought
 _TAKES_AWAY = 0.25  # of what lag and drag leave, that a torque may leave: friction that ends with slip is none

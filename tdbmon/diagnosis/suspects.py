@@ -167,8 +167,8 @@ def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
 
 
 def alike_but_for_the_law(one: Suspect, other: Suspect) -> bool:
-    """True for one effect at one place by different laws, which are words of its declaration, and with the same values."""
-    same = one.declared.identifier == other.declared.identifier and one.where == other.where
+    """True for one effect that acts before contacts do, by different laws: words of its declaration, with the same values."""
+    same = one.declared.identifier == other.declared.identifier and one.where == other.where and not one.in_contacts
     apart = {name for name in one.held if one.held[name] != other.held[name]} if same else set()
     return bool(apart) and all(isinstance(one.held[name], str) for name in apart) and one.angles == other.angles
 

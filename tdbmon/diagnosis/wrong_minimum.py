@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from enum import Enum, auto
 
 from tdbmon.diagnosis.attempt import from_the_fall_or_none
 from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
-    at_other_ends,
     at_other_sizes,
-    by_other_laws,
+    by_one_alike,
     in_neighbouring_orders,
     neighbours,
     of_any_kind,
 )
 from tdbmon.diagnosis.contender import NEARLY, Contender
 from tdbmon.diagnosis.search import Search
+from tdbmon.diagnosis.suspects import Suspect, alike_at_other_ends, alike_but_for_the_law
 from tdbmon.identify.clearances import better_clearances, hardly_gained, led_along
 from tdbmon.identify.draws import shaken
 from tdbmon.identify.follow import FAILING
@@ -81,7 +82,8 @@ class WaysOut:
         if horizon > stages.sound and best.fails_with_causes(plain) and best.fits_much:
             # what fits a little of anything for a while is of another kind or order more often than in a wrong hollow
             best = self.of_any_kind(best, plain)
-        best = self._at_other_ends(self._by_other_laws(best, plain), plain)
+        best = self._by_ones_alike(best, plain, Way.LAWS, alike_but_for_the_law)
+        best = self._by_ones_alike(best, plain, Way.ENDS, alike_at_other_ends)
         if horizon == self.search.last:
             best = self._again_from_the_fall(best)
         # where only little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
@@ -134,19 +136,14 @@ class WaysOut:
         horizons = [h for h in self.search.horizons if h <= best.horizon]
         return from_the_fall_or_none(self.search.fallen, best, horizons) or best
 
-    def _at_other_ends(self, best: Contender, plain: Contender) -> Contender:
-        """Return a model, or the best with one of its causes that acts at one end at both, or the other way round."""
+    def _by_ones_alike(
+        self, best: Contender, plain: Contender, way: Way, alike: Callable[[Suspect, Suspect], bool]
+    ) -> Contender:
+        """Return a model, or the best with what looks like one of its causes in the place of that."""
         for cause in best.causes:
-            if best.fails_with_causes(plain) and self.untried(Way.ENDS, cause.name, best.name):
-                best = at_other_ends(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
-        return best
-
-    def _by_other_laws(self, best: Contender, plain: Contender) -> Contender:
-        """Return a model, or the best with another law of one of its causes that act before contacts do."""
-        for cause in best.causes:
-            asked = best.fails_with_causes(plain) and not cause.in_contacts
-            if asked and self.untried(Way.LAWS, cause.name, best.name):
-                best = by_other_laws(self.search.fallen, best, cause, self.search.suspects, self.search.horizons)
+            if best.fails_with_causes(plain) and self.untried(way, cause.name, best.name):
+                others = [each for each in self.search.suspects if alike(each, cause)]
+                best = by_one_alike(self.search.fallen, best, cause, others, self.search.horizons) if others else best
         return best
 
     def _at_other_angles(self, best: Contender, plain: Contender) -> Contender:

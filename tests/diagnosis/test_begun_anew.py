@@ -7,8 +7,8 @@ import pytest
 
 from tdbmon.diagnosis.begun_anew import (
     at_other_angles,
-    at_other_ends,
     at_other_sizes,
+    by_one_alike,
     from_the_first_contact,
     in_neighbouring_orders,
     neighbours,
@@ -16,7 +16,7 @@ from tdbmon.diagnosis.begun_anew import (
 )
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.search import Search
-from tdbmon.diagnosis.suspects import Start, suspects
+from tdbmon.diagnosis.suspects import Start, alike_at_other_ends, suspects
 from tdbmon.diagnosis.wrong_minimum import Way, WaysOut
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.progress import silent
@@ -166,11 +166,13 @@ def test_a_support_softer_one_way_at_both_ends_is_found_though_one_end_showed_it
     one = with_cause(fallen, of["NDE"], Start({"ratio": 0.6, "direction": 0.4}))
     for horizon in HORIZONS:
         one = settled(one, horizon, 4)
-    found = at_other_ends(fallen, one, of["NDE"], everyone, HORIZONS)
+    both = [each for each in everyone if alike_at_other_ends(each, of["NDE"])]
+    found = by_one_alike(fallen, one, of["NDE"], both, HORIZONS)
     assert found.causes == (of["both"],)
     assert found.misfit < one.misfit - 100
     assert found.starts()[0].shared["ratio"] == pytest.approx(0.5, rel=0.1)
-    assert at_other_ends(fallen, found, of["both"], everyone, HORIZONS) is found  # neither end explains it alone
+    ends = [each for each in everyone if alike_at_other_ends(each, of["both"])]
+    assert by_one_alike(fallen, found, of["both"], ends, HORIZONS) is found  # neither end explains it alone
 
 
 def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):

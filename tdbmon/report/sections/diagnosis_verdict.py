@@ -108,7 +108,7 @@ def _sentence(diagnosis: Diagnosis) -> str:
         if verdict.or_nothing:
             shares.append(("nothing at all", probability_words(_probability(diagnosis, diagnosis.plain))))
         either = "; or ".join(f"{words} ({share})" for words, share in shares)
-        return f"Ambiguous: {either}. {_these(diagnosis).capitalize()} cannot decide between them."
+        return f"Ambiguous: {either}. {capitalised(_these(diagnosis))} cannot decide between them."
     if diagnosis.mistaken is not None:
         return f"Unknown: the set-up is not what the machine file says ({drops})."
     if diagnosis.changed is not None:
