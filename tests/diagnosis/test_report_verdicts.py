@@ -1,0 +1,144 @@
+"""What the report says of every verdict, and of one drop."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from tdbsim.effect import catalogue
+
+from tdbmon.diagnosis.contender import Contender
+from tdbmon.diagnosis.contract import diagnosis_json
+from tdbmon.diagnosis.diagnose import Diagnosis
+from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.late_record import acts_later
+from tdbmon.diagnosis.suspects import suspects
+from tdbmon.diagnosis.verdict import Kind, Verdict
+from tdbmon.report.diagnosis_report import build_diagnosis_report
+from tdbmon.report.document import Document, Table
+from tdbmon.report.sections import (
+    diagnosis_late_record,
+    diagnosis_ranking,
+    diagnosis_verdict,
+)
+from tests.diagnosis.reported import late_of, words_of
+
+
+def test_none_says_how_well_the_plain_model_fits(named: Diagnosis) -> None:
+    plain = named.plain
+    found = replace(
+        named,
+        contenders=(plain,),
+        verdict=Verdict(Kind.NONE, (), (1.0,), "noise alone"),
+        proof=None,
+        parameters={},
+    )
+    document = build_diagnosis_report(found)
+    words = words_of(document)
+    titles = [section.title for section in document.sections]
+    assert "None: the plain model lacks nothing that these 2 drops show." in words
+    assert f"leaves {plain.times_noise} times" in words
+    assert f"{len(catalogue())} kinds of effects were looked for" in words
+    assert not any("extended" in title or "Gain" in title or "Sizes" in title for title in titles)
+
+
+def _of_one_drop(model: Contender) -> Contender:
+    problem = model.problem
+    return replace(model, problem=replace(problem, drops=problem.drops[:1], own=problem.own[:1]))
+
+
+def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> None:
+    """It said "these one drop", and that a cause must do better on a drop held out, which one drop has none of."""
+    found, plain = (_of_one_drop(each) for each in named.contenders)
+    alone = replace(named, contenders=(found, plain), parameters={}, proof=None)
+    none = replace(alone, verdict=Verdict(Kind.NONE, (), (0.0, 0.96), ""))
+    said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=none)),)))
+    assert "the plain model lacks nothing that this one drop shows." in said
+    assert "Of one drop none can be held out as a proof." in said and "had done better" not in said
+    open_ = replace(alone, verdict=Verdict(Kind.AMBIGUOUS, (found,), (0.6, 0.0), ""))
+    said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=open_)),)))
+    assert "This one drop cannot decide between them." in said
+
+
+def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evidence: Evidence) -> None:
+    """It said what "would tell that something acts", whatever one drop showed there."""
+    late = (late_of("drop_97.nc", 2.5),)
+    assert acts_later(late) is None
+    rest = diagnosis_late_record.section(replace(evidence, diagnosis=replace(named, late=late)))
+    assert rest is not None
+    said = words_of(Document("", "", (rest,)))
+    assert "One drop by itself is not judged by that." in said and "would tell" not in said
+
+
+def test_a_plain_model_that_cannot_be_told_apart_is_named_with_the_others(named: Diagnosis, evidence: Evidence) -> None:
+    """It read "Ambiguous: residual magnetic force (70 %). These 2 drops cannot decide between them.", of one cause."""
+    verdict = Verdict(Kind.AMBIGUOUS, (named.contenders[0],), (0.7, 0.2), "", or_nothing=True)
+    open_ = replace(evidence, diagnosis=replace(named, verdict=verdict))
+    said = words_of(Document("", "", (diagnosis_verdict.section(open_),)))
+    assert "(70 %); or nothing at all (20 %). These 2 drops cannot decide" in said
+    assert diagnosis_json(named)["baseline"]["probability"] == 0.0
+
+
+def test_where_no_cause_was_sought_none_is_said_to_have_been_tried(named: Diagnosis, evidence: Evidence) -> None:
+    wrong = replace(
+        named,
+        contenders=(named.plain,),
+        verdict=Verdict(Kind.UNKNOWN, (), (0.04,), ""),
+        mistaken="exchanged",
+        parameters={},
+    )
+    said = words_of(Document("", "", (diagnosis_ranking.section(replace(evidence, diagnosis=wrong)),)))
+    assert "No effect was tried." in said and "every other effect" not in said
+
+
+def test_a_likeliest_model_that_is_not_believed_is_said_not_to_be(named: Diagnosis, evidence: Evidence) -> None:
+    """The table gave a cause 94 % beside the verdict none."""
+    refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "it gains nothing"), parameters={})
+    said = words_of(Document("", "", (diagnosis_ranking.section(replace(evidence, diagnosis=refuted)),)))
+    assert "why the likeliest model here is not believed" in said
+    said = words_of(Document("", "", (diagnosis_ranking.section(evidence),)))
+    assert "not believed" not in said and "how often one without" not in said
+
+
+def test_unknown_does_not_pass_the_best_model_off_as_believed(named: Diagnosis) -> None:
+    found = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.01, 0.0), "much is left"), parameters={})
+    document = build_diagnosis_report(found)
+    words = words_of(document)
+    assert "Unknown:" in words and "not believed" in words
+    assert "Values of the best model, which is not believed" in [section.title for section in document.sections]
+    ranking = next(s for s in document.sections if s.title == "Ranking")
+    table = next(block for block in ranking.blocks if isinstance(block, Table))
+    assert table.rows[-1].cells[:2] == ("something outside the catalogue", "99 %")
+
+
+def test_ambiguous_names_all_with_their_probabilities(named: Diagnosis) -> None:
+    machine = named.machine
+    bow = next(each for each in suspects(machine, machine.probes, ()) if each.name == "shaft_bow@rotor")
+    other = replace(named.contenders[0], causes=(bow,))
+    found = replace(
+        named,
+        contenders=(named.contenders[0], other, named.plain),
+        verdict=Verdict(Kind.AMBIGUOUS, (named.contenders[0], other), (0.6, 0.35, 0.0), "they cannot be told apart"),
+    )
+    words = words_of(build_diagnosis_report(found))
+    assert "Ambiguous: residual magnetic force at the rotor (60 %); or shaft bow at the rotor (35 %)" in words
+
+
+def test_one_cause_with_two_laws_is_named_once_with_the_probability_of_both(named: Diagnosis) -> None:
+    other = replace(named.contenders[0])
+    found = replace(
+        named,
+        contenders=(named.contenders[0], other, named.plain),
+        verdict=Verdict(Kind.NAMED, (named.contenders[0], other), (0.6, 0.34, 0.0), "either law explains the drops"),
+    )
+    words = words_of(build_diagnosis_report(found))
+    assert (
+        "Named: residual magnetic force at the rotor (probability 94 %, 2 drops), of which order or with which law"
+        in words
+    )
+
+
+def test_one_drop_proves_no_gain(named: Diagnosis) -> None:
+    words = words_of(build_diagnosis_report(replace(named, proof=None)))
+    assert "no gain is proved" in words
+    # the 4 per cent that are left to other causes are those of models that gained there
+    assert "how often one without that is wrong was not" in words
