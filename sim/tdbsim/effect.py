@@ -74,6 +74,8 @@ class Parameter:
         stand anywhere at a release.
     held : bool
         True where a drop can hardly tell it: fits leave it as it is.
+    further : tuple of float
+        Other values at which fits begin, where slopes at the typical one do not lead to them.
     """
 
     name: str
@@ -89,6 +91,7 @@ class Parameter:
     harmonic: int = 1
     per_drop: bool = False
     held: bool = False
+    further: tuple[float, ...] = ()
 
     def text(self, value: float | str) -> str:
         """Return a value as a person writes it, with its unit."""
@@ -143,11 +146,12 @@ def parameter(
     harmonic: int = 1,
     per_drop: bool = False,
     held: bool = False,
+    further: tuple[float, ...] = (),
 ) -> Any:
-    """Declare a parameter as a dataclass field (see `Parameter`); off, bounds and typical are written in `unit`."""
+    """Declare a parameter as a dataclass field (see `Parameter`); off, bounds, typical and further are written in `unit`."""
     si = unit if si is None else si
     raw = {"si": si, "unit": unit, "off": off, "bounds": bounds, "typical": typical, "meaning": meaning, "whole": whole}
-    raw |= {"harmonic": harmonic, "per_drop": per_drop, "held": held}
+    raw |= {"harmonic": harmonic, "per_drop": per_drop, "held": held, "further": further}
     return field(default=_si(off, unit, si), metadata=raw)
 
 
@@ -281,7 +285,10 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
         low, high = (_si(bound, unit, si) for bound in data["bounds"])
         off, typical = _si(data["off"], unit, si), _si(data["typical"], unit, si)
         kind_of = {name: data[name] for name in ("whole", "harmonic", "per_drop", "held")}
-        found.append(Parameter(each.name, si, unit, off, low, high, typical, data["meaning"], **kind_of))
+        further = tuple(_si(value, unit, si) for value in data["further"])
+        found.append(
+            Parameter(each.name, si, unit, off, low, high, typical, data["meaning"], further=further, **kind_of)
+        )
     return tuple(found)
 
 

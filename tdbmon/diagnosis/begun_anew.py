@@ -16,7 +16,7 @@ from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
-from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact
+from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_but_for_the_law
 
 # by the plain model in the fall and the cause: the best few that were fitted to where both ends have touched
 FirstContactFits = dict[tuple[Contender, Suspect], list[Contender]]
@@ -78,7 +78,8 @@ def by_one_alike(
     """Return a contender, or the best of those with one that looks like a cause in its place, begun at the same values.
 
     What acts at both ends looks like one end's own until the other one touches; an evenly bent shaft, in the fall and at first
-    contacts, like one bent to its bending mode.
+    contacts, like one bent to its bending mode.  Values of another law in contacts may have gone far astray, so what is one
+    begins at its usual size too.
 
     Parameters
     ----------
@@ -92,7 +93,9 @@ def by_one_alike(
         All; fits go along those up to the contender's own.
     """
     index = best.causes.index(cause)
-    return _in_place_of(index, fallen, best, [(each, best.starts()[index]) for each in alike], horizons)
+    begun = [(each, best.starts()[index]) for each in alike]
+    begun += [(each, start) for each in alike if alike_but_for_the_law(each, cause) for start in each.usual()]
+    return _in_place_of(index, fallen, best, begun, horizons)
 
 
 def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons: Sequence[float]) -> Contender:
@@ -111,7 +114,10 @@ def at_other_sizes(fallen: Contender, best: Contender, cause: Suspect, horizons:
         All; fits go along those up to the contender's own, but for the ones at the first contact.
     """
     sizes = [{size.name: sized(size, share) for size, _ in cause.sizes} for share in _SIZES]
-    begun = [(cause, Start(cause.usual_values | each)) for each in sizes]
+    begun = [
+        *((cause, Start(cause.usual_values | each)) for each in sizes),
+        *((cause, each) for each in cause.usual()[1:]),
+    ]
     on = [h for h in horizons if h == horizons[0] or h >= fallen.problem.stages.touched]
     return _in_place_of(best.causes.index(cause), fallen, best, begun, on)
 

@@ -115,12 +115,15 @@ class Suspect:
         return self.drop_specific or self.standing_waves
 
     def usual(self) -> tuple[Start, ...]:
-        """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own."""
+        """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own.
+
+        What its slopes do not lead to, is begun at as well (`tdbsim.effect.Parameter.further`).
+        """
         shared, angles = self.usual_values, self.angles
         if not self.in_contacts or self.drop_specific:
             return ()
         if not angles:
-            return (Start(shared),)
+            return (Start(shared), *(Start(shared | {p.name: value}) for p in self.shapes for value in p.further))
         quarters = np.arange(4) * math.pi / 2
         return tuple(Start(shared | {a.name: float(quarter / a.harmonic) for a in angles}) for quarter in quarters)
 
@@ -167,8 +170,8 @@ def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
 
 
 def alike_but_for_the_law(one: Suspect, other: Suspect) -> bool:
-    """True for one effect that acts before contacts do, by different laws: words of its declaration, with the same values."""
-    same = one.declared.identifier == other.declared.identifier and one.where == other.where and not one.in_contacts
+    """True for one effect by different laws, words of its declaration, with the same values; not for what fits much."""
+    same = one.declared.identifier == other.declared.identifier and one.where == other.where and not one.fits_much
     apart = {name for name in one.held if one.held[name] != other.held[name]} if same else set()
     return bool(apart) and all(isinstance(one.held[name], str) for name in apart) and one.angles == other.angles
 

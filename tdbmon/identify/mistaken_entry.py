@@ -32,6 +32,8 @@ _WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that a
 _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
+_LEAST = 0.5  # squares a residual, that noise leaves at least
+_NUDGE = 0.01  # of an entry, which shows whether it does anything
 _FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
 
 
@@ -53,6 +55,11 @@ class _Try:
     misfit: float = math.inf  # squares that are left, a residual
 
     @property
+    def first(self) -> int:
+        """Where the entries stand among the coordinates of the point."""
+        return len(self.problem.shared) - len(self.entries)
+
+    @property
     def holds(self) -> bool:
         return self.misfit < FAILING * _FLOOR
 
@@ -61,6 +68,16 @@ class _Try:
         """True where the rotor slows otherwise over the rest of the record."""
         known = slowings_at(self.problem, self.point, STAGES.bounced)
         return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
+
+    @property
+    def moves_in_the_fall(self) -> bool:
+        """True where the entries change what the probes see before a contact; those that cannot be moved may."""
+        moved = self.point.copy()
+        moved[self.first : self.first + len(self.entries)] += _NUDGE
+        before, after = (self.problem.all_residuals(point, STAGES.fall) for point in (self.point, moved))
+        if before is None or after is None:
+            return True
+        return any(bool(np.any(a != b)) for a, b in zip(after, before, strict=True))
 
     def fitted(self, horizon: float) -> _Try:
         found = fit_or_none(self.problem, self.point, horizon, SLOPES)
@@ -86,8 +103,13 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
         return None
     fallen = _Try((), few_drops(problem), plain[STAGES.fall].point)
     enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in STAGES.first_contacts}
+    kinds = _kinds(problem)
+    later = _LEAST * (plain[last].count - plain[STAGES.fall].count)
+    if plain[STAGES.fall].misfit + later > FAILING * _FLOOR * plain[last].count:
+        # what the fall leaves is too much by itself, and no entry takes it away that does nothing before a contact
+        kinds = [kind for kind in kinds if _begun(fallen, kind, 1.0).moves_in_the_fall]
     for starts in _STARTS:
-        tried = [_begun(fallen, kind, start) for kind in _kinds(problem) for start in starts]
+        tried = [_begun(fallen, kind, start) for kind in kinds for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
         if best is not None and best.holds:
             return _confirmed(problem, best, plain[last].ratio)

@@ -16,7 +16,7 @@ from tdbmon.diagnosis.begun_anew import (
 )
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.search import Search
-from tdbmon.diagnosis.suspects import Start, alike_at_other_ends, suspects
+from tdbmon.diagnosis.suspects import Start, alike_at_other_ends, alike_but_for_the_law, suspects
 from tdbmon.diagnosis.wrong_minimum import Way, WaysOut
 from tdbmon.identify.least_squares import fit, linearised
 from tdbmon.progress import silent
@@ -273,3 +273,25 @@ def test_a_bow_by_the_wrong_law_is_begun_anew_by_the_other(crew):
     assert not found.fails
     assert found.starts()[0].shared["bow"] == pytest.approx(30e-6, rel=0.02)
     assert not ways.untried(Way.LAWS, "shaft_bow@rotor", wrong.name)
+
+
+def test_friction_that_falls_at_fast_slip_is_found_from_the_other_law(crew):
+    """The exponential law held to 27 ms in the place of the Gaussian one, which slopes at a usual speed do not lead to."""
+    problem = problem_of(crew, "stribeck_friction:where=NDE,static_excess=0.25,stribeck_speed=11 m/s,law=gaussian")
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    of = {s.held["law"]: s for s in everyone if s.name == "stribeck_friction@NDE"}
+    fallen = Contender((), problem, fit(problem, problem.start, HORIZONS[0], 3), HORIZONS[0], 0.9)
+    wrong = with_cause(fallen, of["exponential"], Start({"static_excess": 0.5, "stribeck_speed": 5.0}))
+    stuck = with_cause(fallen, of["gaussian"], Start({"static_excess": 0.2, "stribeck_speed": 3.0}))
+    for horizon in HORIZONS:
+        wrong, stuck = settled(wrong, horizon, 4), settled(stuck, horizon, 4)
+    assert stuck.starts()[0].shared["stribeck_speed"] == pytest.approx(3.0, rel=0.05)
+    assert alike_but_for_the_law(of["gaussian"], of["exponential"])
+    for found in (
+        by_one_alike(fallen, wrong, of["exponential"], [of["gaussian"]], HORIZONS),
+        at_other_sizes(fallen, stuck, of["gaussian"], HORIZONS),
+    ):
+        assert found.causes == (of["gaussian"],)
+        assert not found.fails
+        assert found.starts()[0].shared["stribeck_speed"] == pytest.approx(11.0, rel=0.1)
+        assert found.misfit < min(wrong.misfit, stuck.misfit)

@@ -38,7 +38,9 @@ class StribeckFriction(Effect):
     slots: ClassVar = 3
 
     static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient less the sliding one")
-    stribeck_speed: float = parameter("m/s", 3.0, (0.05, 50.0), 3.0, "slip at which the excess has fallen to 1/e")
+    stribeck_speed: float = parameter(
+        "m/s", 3.0, (0.05, 50.0), 3.0, "slip at which the excess has fallen to 1/e", further=(9.0,)
+    )
     law: str = choice(("exponential", "gaussian"), "how the excess falls with slip")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
