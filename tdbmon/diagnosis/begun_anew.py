@@ -78,8 +78,8 @@ def by_one_alike(
     """Return a contender, or the best of those with one that looks like a cause in its place, begun at the same values.
 
     What acts at both ends looks like one end's own until the other one touches; an evenly bent shaft, in the fall and at first
-    contacts, like one bent to its bending mode.  Values of another law in contacts may have gone far astray, so what is one
-    begins at its usual size too.
+    contacts, like one bent to its bending mode.  Several values by another law may have gone far astray: then it begins at its
+    usual size too.
 
     Parameters
     ----------
@@ -94,7 +94,8 @@ def by_one_alike(
     """
     index = best.causes.index(cause)
     begun = [(each, best.starts()[index]) for each in alike]
-    begun += [(each, start) for each in alike if alike_but_for_the_law(each, cause) for start in each.usual()]
+    if cause.many_valued:
+        begun += [(each, start) for each in alike if alike_but_for_the_law(each, cause) for start in each.usual()]
     return _in_place_of(index, fallen, best, begun, horizons)
 
 
