@@ -27,6 +27,7 @@ P = ParamSpec("P")
 
 WIDTH_MM = 170.0  # the text width of an A4 page
 _LINE_MM = 3.0  # of a note above a figure
+_LEGEND_MM = 4.0  # of a line of a legend
 UM = 1e6
 _LETTER_PT = 4.4  # mean width of a letter of figures' words
 
@@ -36,7 +37,8 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
 )  # fmt: skip
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
-DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
+_DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY, SKY, BLACK)
+_DROP_LINES = ("-", "--", "-.")
 MEASURED = "#BBBBBB"  # beneath what was simulated
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
@@ -149,6 +151,17 @@ def subplots(
         },
     )
     return axes
+
+
+def drop_look(drop: int) -> tuple[str, str]:
+    """Return colour and line of one of several drops: where colours are used up, they come again with other lines."""
+    lines, colour = divmod(drop, len(_DROP_COLOURS))
+    return _DROP_COLOURS[colour], _DROP_LINES[lines % len(_DROP_LINES)]
+
+
+def legend_room(entries: int, columns: int, lines: int) -> float:
+    """Return what a legend needs below a figure beyond its first `lines`, mm."""
+    return _LEGEND_MM * max(0, math.ceil(entries / columns) - lines)
 
 
 def drop_axis(ax: Axes, drops: int, most: int) -> None:

@@ -16,6 +16,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.figures.bode import bode
 from tdbmon.figures.cascade import cascade
 from tdbmon.figures.differences import differences
+from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
@@ -163,3 +164,13 @@ def test_what_changed_much_is_drawn_whole(side: int) -> None:
     for row, value in enumerate(points):
         assert bars[row] == [value - 3, value + 3]
         assert left < value - 3 and value + 3 < right
+
+
+def test_of_long_names_of_records_figures_show_where_they_differ() -> None:
+    long = [f"2024-05-11_Auslauf_Größe_7_Versuch_{k}_ohne_Öl.tdms" for k in (9, 10, 12)]
+    assert short_names(long) == ["…9…", "…10…", "…12…"]
+    assert short_names(["drop_060.nc", "drop_100.nc"]) == ["drop_060", "drop_100"]
+    assert short_names(["2024-05-11 drop.nc", "2023-06-12 drop.nc"]) == ["…24-05-11…", "…23-06-12…"]
+    assert short_names(["only_one_of_that_name.csv"]) == ["…that_name"]
+    assert short_names(["Versuchsreihe.nc", "Versuchsreihe_A.nc"]) == ["…uchsreihe", "…_A"]
+    assert short_names([]) == []
