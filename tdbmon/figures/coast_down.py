@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _USUAL_PERCENT = -5.0, 25.0  # of the measured speed
-_LEAST_HZ = 1e-3  # of a speed on a logarithmic axis
+_LEAST_HZ = 1e-3  # on a logarithmic axis: less is standstill
 
 
 @styled
@@ -38,7 +38,7 @@ def coast_down(course: Course, runout: str) -> Figure:
     ends = list(course.measured_rms)
     figure = new_figure(74 + 30 * len(ends), f"Mean and rms over windows of 1 s · displacement not filtered, {runout}")
     axes = subplots(
-        figure, 2 + len(ends), 2, Margins(17, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
+        figure, 2 + len(ends), 2, Margins(19, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
         sharex=True,
     )  # fmt: skip
     time = course.time
@@ -46,7 +46,8 @@ def coast_down(course: Course, runout: str) -> Figure:
     for column, scale in enumerate(("linear", "log")):
         top, below = axes[0, column], axes[1, column]
         for speed, colour, width, words in both:
-            top.plot(time, np.maximum(speed, _LEAST_HZ), color=colour, linewidth=width, label=words)
+            shown = np.where(speed >= _LEAST_HZ, speed, np.nan) if scale == "log" else speed
+            top.plot(time, shown, color=colour, linewidth=width, label=words)
         if scale == "log":
             top.set_yscale("log")
             power_ticks(top.yaxis)

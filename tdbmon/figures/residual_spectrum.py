@@ -16,6 +16,7 @@ from tdbmon.figures.style import (
     drop_look,
     legend_below,
     legend_room,
+    name_between,
     new_figure,
     styled,
     subplots,
@@ -60,6 +61,7 @@ def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
         for ax in row:
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")
+            name_between(ax.yaxis)
             ax.axvline(0, color=GREY, linewidth=0.6)
         row[0].set_xlabel("backward   ←   frequency [Hz]   →   forward")
         row[1].set_xlabel("backward   ←   order of rotation [–]   →   forward")

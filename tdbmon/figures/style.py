@@ -181,11 +181,24 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
 
 def power_ticks(axis: Axis) -> None:
     """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator
 
     axis.set_major_locator(LogLocator(10.0))
     axis.set_major_formatter(FuncFormatter(_power))
-    axis.set_minor_formatter(NullFormatter())
+    name_between(axis)
+
+
+def name_between(axis: Axis) -> None:
+    """Name some ticks between the powers of ten of a logarithmic axis that has fewer than two of these in view."""
+
+    def named(value: float, _: int) -> str:
+        low, high = sorted(axis.get_view_interval())
+        if low <= 0 or math.floor(math.log10(high)) > math.ceil(math.log10(low)):
+            return ""
+        lead = value / 10.0 ** math.floor(math.log10(value))
+        return f"{value:.3g}" if high < 2 * low or min(abs(lead - each) for each in (2, 3, 5)) < 1e-6 else ""
+
+    axis.set_minor_formatter(named)
 
 
 def _power(value: float, _: int) -> str:
