@@ -64,9 +64,14 @@ def centreline(analysis: Analysis) -> Figure:
         if rows > 1:
             _near(axes[1, column], analysis, end, course, scale)
     legend_below(figure)
-    words = "speed [Hz]" if analysis.has_speed else "time [s]"
+    words = "speed [Hz]" if turns(analysis) else "time [s]"
     colour_bar(figure, ScalarMappable(scale, "viridis"), words)
     return figure
+
+
+def turns(analysis: Analysis) -> bool:
+    """Whether the record has a speed that tells positions apart: else they are coloured by the time."""
+    return analysis.has_speed and bool((analysis.speed_hz > 0).any())
 
 
 def any_settled(analysis: Analysis, courses: Courses) -> bool:
@@ -160,4 +165,4 @@ def _settled(analysis: Analysis, end: str, time: np.ndarray) -> np.ndarray:
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:
-    return np.interp(time, analysis.speed_time, analysis.speed_hz) if analysis.has_speed else time
+    return np.interp(time, analysis.speed_time, analysis.speed_hz) if turns(analysis) else time

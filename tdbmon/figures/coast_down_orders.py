@@ -45,6 +45,8 @@ def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figu
                 _track(ax, whole.measured, order, end, MEASURED, 2.4, "measured"),
                 _track(ax, whole.simulated, order, end, VERMILION, 0.9, "simulated"),
             ]
+            ax.set_yscale("log")
+            power_ticks(ax.yaxis)
             if not any(drawn):
                 say(ax, "not tracked: it needs a keyphasor")
             for each in resonances:
@@ -52,8 +54,6 @@ def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figu
                     ax.axvline(
                         each.critical, color=GREY, linestyle=":", linewidth=1.0, label="critical speed, computed"
                     )
-            ax.set_yscale("log")
-            power_ticks(ax.yaxis)
             ax.set_ylabel(f"{end} {order:g}X [µm 0-pk]")
     for ax in axes[-1]:
         ax.set_xlabel("speed [Hz]")

@@ -261,15 +261,24 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
 def say(ax: Axes, words: str) -> None:
     """Say in the axes why they are empty or incomplete.
 
-    Empty axes have no frame and no scale, for it would be invented, unless they share that of others.
+    Empty axes have no frame and no scale, for it would be invented, but for what they share with others.
     """
     ax.apply_aspect()
     points = ax.get_window_extent().width * 72 / ax.figure.dpi
     lines = textwrap.fill(words, max(8, int(0.9 * points / _LETTER_PT)), break_long_words=False)
     ax.text(0.5, 0.5, lines, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    shared = any(len(axes.get_siblings(ax)) > 1 for axes in (ax.get_shared_x_axes(), ax.get_shared_y_axes()))
-    if not ax.has_data() and not shared:
+    if ax.has_data():
+        return
+    own = [
+        axis
+        for axis, shared in ((ax.xaxis, ax.get_shared_x_axes()), (ax.yaxis, ax.get_shared_y_axes()))
+        if len(shared.get_siblings(ax)) == 1
+    ]
+    if len(own) == 2:
         ax.set_axis_off()
+    for axis in own:
+        axis.set_ticks([])
+        axis.set_ticks([], minor=True)
 
 
 def circled_ends(analysis: Analysis) -> list[str]:
