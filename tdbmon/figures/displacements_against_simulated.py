@@ -48,7 +48,10 @@ def displacements_against_simulated(found: Agreement) -> Figure:
         height_ratios=[1.7, 1.0] * len(rows), sharex=False,
     )  # fmt: skip
     last = float(found.time[-1])
-    spans = ((f"to {found.fitted_to * 1e3:.0f} ms: fitted", found.fitted_to), ("and on, not fitted", last))
+    spans = (
+        (f"to {found.fitted_to * 1e3:.0f} ms: fitted", found.fitted_to),
+        (f"to {last * 1e3:.0f} ms: not fitted beyond the dotted line", last),
+    )
     for column, (words, stop) in enumerate(spans):
         axes[0, column].set_title(words)
         for row, (end, axis) in enumerate(rows):

@@ -14,7 +14,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from tdbmon.record.slow_roll import runout_words
 
@@ -181,7 +181,6 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
 
 def power_ticks(axis: Axis) -> None:
     """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
-    from matplotlib.ticker import FuncFormatter, LogLocator
 
     axis.set_major_locator(LogLocator(10.0))
     axis.set_major_formatter(FuncFormatter(_power))
@@ -198,7 +197,7 @@ def name_between(axis: Axis) -> None:
         lead = value / 10.0 ** math.floor(math.log10(value))
         return f"{value:.3g}" if high < 2 * low or min(abs(lead - each) for each in (2, 3, 5)) < 1e-6 else ""
 
-    axis.set_minor_formatter(named)
+    axis.set_minor_formatter(FuncFormatter(named))
 
 
 def _power(value: float, _: int) -> str:
@@ -231,8 +230,8 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
         if end <= start:
             continue
         ax.axvspan(start, end, color=PHASE_COLOUR.get(phase.name, "white"), zorder=0, linewidth=0)
-        if names and end - start > 0.07 * (right - left):
-            ax.annotate(
+        if names:
+            name = ax.annotate(
                 phase.name,
                 ((start + end) / 2, 1.0),
                 xycoords=("data", "axes fraction"),
@@ -243,6 +242,8 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
                 fontsize=7,
                 color=GREY,
             )
+            if name.get_window_extent().width > (end - start) / (right - left) * ax.bbox.width:
+                name.remove()
     ax.set_xlim(left, right)
 
 

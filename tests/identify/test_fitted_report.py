@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from dataclasses import replace
 from functools import partial
@@ -16,6 +17,8 @@ from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.lines import Line
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
+from tdbmon.figures.campbell import campbell
+from tdbmon.figures.critical_speed_map import critical_speed_map
 from tdbmon.figures.forces import forces
 from tdbmon.history.extract import features_of
 from tdbmon.history.feature import KINDS
@@ -28,6 +31,7 @@ from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
 from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import ForceHistory, forces_of
+from tdbmon.identify.natural_frequencies import ORDERS
 from tdbmon.quantity import toleranced
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
@@ -152,6 +156,28 @@ def test_lines_stand_beside_the_modes_they_may_be(report: Document) -> None:
     told = [row.cells[3] for row in table.rows]
     assert told[0].startswith("swing 1:") and told[2].startswith("bounce:")
     assert told[1] == "none" and not any("2 x swing" in cell or "mains" in cell for cell in told)
+
+
+def test_names_of_lines_near_each_other_stand_apart_in_the_map(fitted, analysed) -> None:
+    """Two swings as near as their bearings are alike stood on each other, and a line without a name had its frequency twice."""
+    hz = fitted.natural_frequencies.modes[0].frequency.value
+    lines = [line("swing 1", hz), line("swing 2", hz + 2.0), line("bounce", hz + 4.0), line("212.3 Hz", 212.3)]
+    drawing = rendered(critical_speed_map(fitted.natural_frequencies, analysed, lines))
+    names = [text for text in drawing.axes[0].texts if text.get_text()]
+    assert [text.get_text() for text in names][-2:] == [f"bounce, {hz + 4:.1f} Hz", "212.3 Hz"]
+    boxes = [text.get_window_extent() for text in names]
+    assert len(boxes) == 4
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_every_order_in_the_campbell_diagram_has_its_critical_speeds(fitted, analysed) -> None:
+    """3X was drawn through the modes without a mark."""
+    drawing = rendered(campbell(fitted.natural_frequencies, analysed, ()))
+    told = {order for mode in fitted.natural_frequencies.modes for order in zip(ORDERS, mode.critical, strict=True)}
+    rays = {float(text.get_text()[:-1]) for text in drawing.axes[0].texts}
+    assert rays == {order for order, critical in told if critical is not None}
+    marks = [line for line in drawing.axes[0].lines if line.get_marker() == "o"]
+    assert len(marks) == sum(critical is not None for _, critical in told)
 
 
 def test_a_line_a_few_percent_off_is_no_mode(fitted) -> None:

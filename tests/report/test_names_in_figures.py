@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.text import Text
 
+from tdbmon.analysis.phases import Phase
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.bode import bode
 from tdbmon.figures.cascade import cascade
@@ -82,6 +83,29 @@ def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, c
     assert "no pulses" in late.axes[len(late.axes) - 1].get_title()
     for figure in (without, late):
         assert not any(_names(ax) for ax in figure.axes)
+
+
+def test_names_of_short_phases_cover_no_others(short: Analysis) -> None:
+    """A name was written where its phase had a fourteenth of the axis, be it wide enough or not."""
+    cuts = (0.0, 0.1, 0.14, 0.18, 0.3, 0.34, 0.5)
+    names = ("levitated", "fall", "fall and contacts", "run-down", "levitated again", "rest")
+    phases = tuple(Phase(*each) for each in zip(names, cuts, cuts[1:], strict=False))
+    drawing = rendered(time_history(replace(short, phases=phases)))
+    shown = [text for text in drawing.axes[0].texts if text.get_text() in names]
+    assert {"levitated", "fall", "run-down", "rest"} <= {text.get_text() for text in shown}
+    boxes = [text.get_window_extent() for text in shown]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_an_interval_of_the_radius_is_drawn_as_wide_as_it_is_to_either_side(short: Analysis) -> None:
+    """Its lower half was taken to be as wide as the upper one."""
+    end = short.ends["NDE"]
+    assert end.gap is not None and end.gap.radius.value is not None
+    value = end.gap.radius.value
+    radius = replace(end.gap.radius, low=value - 4e-6, high=value + 1e-6)
+    one = replace(short, ends={**short.ends, "NDE": replace(end, gap=replace(end.gap, radius=radius))})
+    (band,) = [patch for patch in gap_map(one).axes[2].patches if patch.get_label().startswith("95 %")]
+    assert (band.get_y(), band.get_y() + band.get_height()) == pytest.approx((-4.0, 1.0))
 
 
 @pytest.mark.parametrize("which", ["short", "coastdown"])
