@@ -16,10 +16,12 @@ from tdbmon.analysis import orbit
 from tdbmon.figures.style import (
     BLACK,
     GREEN,
+    TITLE_LETTERS,
     UM,
     Margins,
     centre_of,
     circled_ends,
+    clipped,
     colour_bar,
     legend_below,
     new_figure,
@@ -95,7 +97,7 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
 
 def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The settled positions alone."""
-    _frame(ax, f"{end}: from settling on, magnified")
+    _frame(ax, f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
     time, mean = course
     settled = _settled(analysis, end, time)
     if settled.sum() < _FEWEST:

@@ -14,6 +14,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     power_ticks,
     styled,
@@ -67,7 +68,7 @@ def coast_down(course: Course, runout: str) -> Figure:
                 if end in rms:
                     ax.semilogy(time, rms[end][column] * UM, color=colour, linewidth=width, label=words)
             power_ticks(ax.yaxis)
-            ax.set_ylabel(f"{end} {axis} [µm rms]")
+            name_axis(ax, f"{{}} {axis} [µm rms]", end)
     for ax in axes[-1]:
         ax.set_xlabel("time from the release [s]")
         ax.set_xlim(0, time[-1] + 0.5)

@@ -16,6 +16,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -62,7 +63,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
                 if ax is not axes[-1, column]:
                     ax.tick_params(labelbottom=False)
             if column == 0:
-                pair[0].set_ylabel(f"{end.end} {'xy'[axis]}\n[µm]")
+                name_axis(pair[0], f"{{}} {'xy'[axis]}\n[µm]", end.end)
                 pair[1].set_ylabel("residual\n[µm]")
         axes[-1, column].set_xlabel("time from the release [ms]")
     for ax in axes[:, 0]:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tdbmon.figures.drop_names import short_names
-from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, name_axis, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.late_record import LateRecord
@@ -43,7 +43,7 @@ def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str)
         axes[1, column].set_xlabel("time from the release [ms]")
     axes[0, 0].set_ylim(bottom=0.0)
     axes[0, 0].set_ylabel("1X, 0-pk [µm]")
-    axes[1, 0].set_ylabel(f"mean of {probe} [µm]")
+    name_axis(axes[1, 0], "mean of {} [µm]", probe)
     legend_below(figure, 3)
     return figure
 

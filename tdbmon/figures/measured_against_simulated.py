@@ -18,6 +18,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -58,7 +59,7 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
         axes[-1, column].set_xlabel("time from the release [ms]")
         axes[-1, column].set_xlim(left.time[0] * 1e3, left.time[-1] * 1e3)
     for row, name in enumerate(names):
-        axes[2 * row, 0].set_ylabel(f"{name}\n[µm]")
+        name_axis(axes[2 * row, 0], "{}\n[µm]", name)
         axes[2 * row + 1, 0].set_ylabel("residual\n[µm]")
         for ax in axes[2 * row : 2 * row + 2, 0]:
             ax.yaxis.set_label_coords(-10 * len(shown) / 150, 0.5)

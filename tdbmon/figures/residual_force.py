@@ -17,11 +17,14 @@ from tdbmon.figures.style import (
     GREY,
     PHASE_COLOUR,
     SKY,
+    TITLE_LETTERS,
     UM,
     Margins,
+    clipped,
     drop_look,
     legend_below,
     legend_room,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -66,7 +69,7 @@ def force_against_time(
         axes[-1, column].set_xlim(0, time[-1])
         axes[-1, column].set_xlabel("time from the release [ms]")
     for row, ax in enumerate(axes[:, 0]):
-        ax.set_ylabel(f"{ends[row // 2]} {'xy'[row % 2]} [N]")
+        name_axis(ax, f"{{}} {'xy'[row % 2]} [N]", ends[row // 2])
         ax.yaxis.set_label_coords(-11 * len(forces) / 151, 0.5)
     legend_below(figure, 3)
     return figure
@@ -110,15 +113,16 @@ def force_against_place(
             angle.plot(where, turned.imag, "x", color=colour, markersize=3.5)
         if strongest:
             _arrows(orbit, forces, end, 0.5 * gaps[end] * UM / strongest, float(f"{strongest / 2:.1g}"))
+        title = clipped(name, TITLE_LETTERS)
         arrows = min(_ARROWS, sum(int(out.sum()) for out in beyond))
         orbit.set_title(
-            f"{name}: up to {strongest:{'.0f' if strongest > 10 else '.2g'}} N, the {arrows} strongest"
+            f"{title}: up to {strongest:{'.0f' if strongest > 10 else '.2g'}} N, the {arrows} strongest"
             if strongest
-            else f"{name}: no force passes its band"
+            else f"{title}: no force passes its band"
         )
         orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
         orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
-        angle.set_title(f"{name}: ● outwards   ✕ counter-clockwise")
+        angle.set_title(f"{title}: ● outwards   ✕ counter-clockwise")
         angle.axhline(0, color=GREY, linewidth=0.6)
         angle.set_xlim(-180, 180)
         angle.set_xticks(range(-180, 181, 60))

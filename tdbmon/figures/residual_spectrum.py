@@ -16,6 +16,7 @@ from tdbmon.figures.style import (
     drop_look,
     legend_below,
     legend_room,
+    name_axis,
     name_between,
     new_figure,
     styled,
@@ -57,7 +58,7 @@ def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
             )  # fmt: skip
             ax.plot(at[inside], level[inside], color=colour, linestyle=":", linewidth=0.7)
     for end, row in zip(ends, axes, strict=True):
-        row[0].set_ylabel(f"{end} amplitude [µm 0-pk]")
+        name_axis(row[0], "{} amplitude [µm 0-pk]", end)
         for ax in row:
             ax.set_yscale("log")
             ax.yaxis.set_major_formatter("{x:g}")

@@ -29,6 +29,8 @@ WIDTH_MM = 170.0  # the text width of an A4 page
 _LINE_MM = 3.0  # of a note above a figure
 _LEGEND_MM = 4.0  # of a line of a legend
 UM = 1e6
+TITLE_LETTERS = 8  # of a name of a file in a title that says more
+_NARROW = 6.5  # type of two lines where one has room
 _LETTER_PT = 4.4  # mean width of a letter of figures' words
 
 # Okabe and Ito, Color Universal Design (2008): told apart with every common colour vision
@@ -162,6 +164,27 @@ def drop_look(drop: int) -> tuple[str, str]:
 def legend_room(entries: int, columns: int, lines: int) -> float:
     """Return what a legend needs below a figure beyond its first `lines`, mm."""
     return _LEGEND_MM * max(0, math.ceil(entries / columns) - lines)
+
+
+def clipped(name: str, letters: int) -> str:
+    """Return a name of a file with at most so many letters, of a longer one beginning and end."""
+    if len(name) <= letters:
+        return name
+    tail = (letters - 1) // 2
+    return f"{name[: letters - 1 - tail]}…{name[len(name) - tail :]}"
+
+
+def name_axis(ax: Axes, words: str, name: str) -> None:
+    """Label the vertical axis with words about a name of a file, as "{} force [kN]", no longer than it.
+
+    Where it has no room the name has a line of its own, and where that has none its middle is left out.
+    """
+    label, room = ax.set_ylabel(words.format(name)), ax.bbox.height
+    two = words if "\n" in words else words.replace("{} ", "{}\n")
+    for letters in range(len(name), 1, -1):
+        if label.get_window_extent().height <= room:
+            break
+        label.set(text=two.format(clipped(name, letters)), fontsize=_NARROW, linespacing=1.0)
 
 
 def drop_axis(ax: Axes, drops: int, most: int) -> None:

@@ -15,6 +15,7 @@ from tdbmon.diagnosis.left_over import Spectrum, spectra
 from tdbmon.figures.late_record import late_record
 from tdbmon.figures.measured_against_simulated import PLAIN, measured_against_simulated
 from tdbmon.figures.residual_force import force_against_place, force_against_time
+from tdbmon.figures.residual_map import residual_map
 from tdbmon.figures.residual_spectrum import residual_spectrum
 from tdbmon.figures.slowing import slowing
 from tdbmon.identify.slowing import Slowing
@@ -60,6 +61,24 @@ def test_long_names_of_drops_have_room(evidence: Evidence, residuals: list[Spect
     ):
         assert faults(drawing) == []
         assert "…07…" in texts(drawing) and "…12…" in texts(drawing)
+
+
+def test_long_names_of_ends_and_probes_have_room(evidence: Evidence, residuals: list[Spectrum]) -> None:
+    """They were higher than the panels beside which they stand."""
+    ends = dict(zip(ENDS, ("Nichtantriebsseite", "Antriebsseite"), strict=True))
+    lefts = [
+        replace(left, probes=tuple(p.model_copy(update={"name": f"{ends[p.end]} {p.name[-1]}"}) for p in left.probes))
+        for left in evidence.plain_left
+    ]
+    names = list(ends.values())
+    for drawing in (
+        measured_against_simulated({PLAIN: lefts}, (0, 1)),
+        residual_map({PLAIN: lefts, "extended model": lefts}),
+        force_against_time(evidence.plain_force, names, (97.0, 148.0), PLAIN),
+        force_against_place(evidence.plain_force, names, (2.5e-4, 2.5e-4), (97.0, 148.0)),
+        residual_spectrum([replace(each, end=ends[each.end]) for each in residuals]),
+    ):
+        assert faults(drawing) == []
 
 
 def test_of_many_drops_each_has_a_look_of_its_own(evidence: Evidence, residuals: list[Spectrum]) -> None:

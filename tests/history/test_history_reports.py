@@ -442,3 +442,9 @@ def test_every_lowest_panel_names_its_drops(comparison, history):
         assert len(panels) % 2
         assert all(ax.get_xlabel().startswith("drop (2015") for ax in panels[-2:])
         assert not any(ax.get_xlabel() for ax in panels[:-2])
+
+
+def test_quantities_of_ends_with_long_names_have_room(comparison):
+    """They left the page."""
+    changes = [replace(change, end="Nichtantriebsseite" if change.end else "") for change in comparison.changes]
+    assert faults(differences(replace(comparison, changes=tuple(changes)))) == []

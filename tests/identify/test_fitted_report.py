@@ -19,6 +19,7 @@ from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
 from tdbmon.figures.campbell import campbell
 from tdbmon.figures.critical_speed_map import critical_speed_map
+from tdbmon.figures.displacements_against_simulated import displacements_against_simulated
 from tdbmon.figures.forces import forces
 from tdbmon.history.extract import features_of
 from tdbmon.history.feature import KINDS
@@ -41,7 +42,7 @@ from tdbmon.report.sections.fitted_values import fitted_values
 from tdbmon.report.sections.forces import section as forces_section
 from tdbmon.report.sections.summary import section as summary_section
 from tdbmon.shipped import shipped
-from tests.figure_checks import assert_readable, rendered
+from tests.figure_checks import assert_readable, faults, rendered
 from tests.identify import drops
 
 
@@ -140,6 +141,18 @@ def test_an_end_whose_members_differ_from_the_release_on_has_no_curve(fitted) ->
     blocks = forces_section(replace(fitted, forces=replace(fitted.forces, ends=ends))).blocks
     assert not any(isinstance(block, Figure) and block.name == "forces" for block in blocks)
     assert any(isinstance(block, Paragraph) and "no force is drawn" in block.text for block in blocks)
+
+
+def test_long_names_of_ends_have_room(fitted) -> None:
+    """They were higher than the panels beside which they stand."""
+    names = dict(zip(fitted.forces.ends, ("Nichtantriebsseite", "Antriebsseite"), strict=True))
+    loads = {names[name]: end for name, end in fitted.forces.ends.items()}
+    paths = {names[name]: replace(end, end=names[name]) for name, end in fitted.agreement.ends.items()}
+    for drawing in (
+        forces(replace(fitted.forces, ends=loads)),
+        displacements_against_simulated(replace(fitted.agreement, ends=paths)),
+    ):
+        assert faults(drawing) == []
 
 
 def test_orbits_have_equal_axes(report: Document) -> None:

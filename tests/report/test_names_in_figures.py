@@ -21,11 +21,15 @@ from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
-from tdbmon.figures.style import STYLE, new_figure, say, subplots
+from tdbmon.figures.style import STYLE, clipped, new_figure, say, subplots
 from tdbmon.figures.style import Margins as Room
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
-from tests.figure_checks import rendered
+from tdbmon.report import build_report
+from tests.figure_checks import assert_readable, rendered
+from tests.report.conftest import with_ends
+
+LONG_ENDS = ("Nichtantriebsseite", "Antriebsseite")
 
 NAMED = {"waterfall": waterfall, "cascade": cascade, "full_spectrum": full_spectrum, "bode": bode}
 
@@ -83,6 +87,17 @@ def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, c
     assert "no pulses" in late.axes[len(late.axes) - 1].get_title()
     for figure in (without, late):
         assert not any(_names(ax) for ax in figure.axes)
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+def test_long_names_of_ends_have_room(which: str, request: pytest.FixtureRequest) -> None:
+    """Beside low panels they stood on the neighbours' names, and above narrow ones they left the page."""
+    assert_readable(build_report(with_ends(request.getfixturevalue(which), LONG_ENDS, "Kreiselverdichter")))
+
+
+def test_of_a_long_name_beginning_and_end_are_kept() -> None:
+    assert [clipped(name, 8) for name in LONG_ENDS] == ["Nich…ite", "Antr…ite"]
+    assert clipped("NDE", 8) == "NDE" and clipped("Radiallager A", 2) == "R…"
 
 
 def test_names_of_short_phases_cover_no_others(short: Analysis) -> None:
