@@ -21,6 +21,7 @@ from tdbmon.figures.campbell import campbell
 from tdbmon.figures.critical_speed_map import critical_speed_map
 from tdbmon.figures.displacements_against_simulated import displacements_against_simulated
 from tdbmon.figures.forces import forces
+from tdbmon.figures.stress_outliers import stress_outliers
 from tdbmon.history.extract import features_of
 from tdbmon.history.feature import KINDS
 from tdbmon.identify import fitted as module
@@ -153,6 +154,17 @@ def test_long_names_of_ends_have_room(fitted) -> None:
         displacements_against_simulated(replace(fitted.agreement, ends=paths)),
     ):
         assert faults(drawing) == []
+
+
+@pytest.mark.parametrize("count", [1, 2, 12])
+def test_long_names_of_many_drops_have_room_below_their_stresses(fitted, count) -> None:
+    drops_of = [replace(fitted.forces, name=f"2024-05-11_Auslauf_Größe_7_{k:02d}_ohne_Öl.tdms") for k in range(count)]
+    drawing = rendered(stress_outliers(drops_of))
+    assert faults(drawing) == []
+    boxes = [label.get_window_extent() for label in drawing.axes[0].get_xticklabels()]
+    slope = np.tan(np.radians(40.0))  # names aslant cover each other where they are nearer than their type is high
+    type_high = 6.0 * drawing.dpi / 72
+    assert all(slope * (b.x1 - a.x1) / np.hypot(1, slope) > type_high for a, b in itertools.pairwise(boxes))
 
 
 def test_orbits_have_equal_axes(report: Document) -> None:

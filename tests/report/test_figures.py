@@ -32,6 +32,7 @@ from tdbmon.report.document import Figure as Drawn
 from tdbmon.report.document import Paragraph
 from tdbmon.report.sections import spectra, tracking
 from tests.figure_checks import assert_readable, faults, figures_of, rendered, texts
+from tests.report.conftest import with_ends
 
 DRAW: dict[str, Callable[[Analysis], Figure]] = {
     "time_history": time_history,
@@ -263,9 +264,10 @@ def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis)
     assert "95 % interval" not in texts(figure)
 
 
-def test_a_dollar_sign_in_a_name_is_a_dollar_sign(hostile: Analysis) -> None:
-    for end in hostile.ends:
-        assert "$" in texts(rendered(orbit_sequence(hostile, end)))
+def test_a_dollar_sign_in_a_name_is_a_dollar_sign(short: Analysis) -> None:
+    dollars = with_ends(short, ("$\\pi$ 1", "$\\pi$ 2"), "dollars")
+    for end in dollars.ends:
+        assert end in texts(rendered(orbit_sequence(dollars, end)))
 
 
 def test_a_spike_survives_the_thinning_of_the_whole_record(coastdown: Analysis) -> None:
