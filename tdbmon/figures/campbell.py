@@ -10,13 +10,12 @@ from matplotlib.figure import Figure
 
 from tdbmon.figures.critical_speed_map import COLOUR
 from tdbmon.figures.style import BLACK, GREY, PURPLE, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.identify.natural_frequencies import ORDERS
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.result import Analysis
     from tdbmon.identify.natural_frequencies import NaturalFrequencies
-
-_ORDERS = (1.0, 2.0, 3.0)
 
 
 @styled
@@ -31,7 +30,7 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
             here = (found.against_speed.sideways[:, k] > 0.5) == (direction == "sideways")
             curve = np.where(here, found.against_speed.frequencies[:, k], np.nan)
             ax.plot(speeds, curve, color=colour, linewidth=1.1, label=direction)
-    for order in _ORDERS:
+    for order in ORDERS:
         ax.plot(speeds, order * speeds, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="orders of rotation")
         at = min(float(speeds[-1]), top / order)
         leaves_above = at < speeds[-1]
@@ -39,9 +38,17 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
                     textcoords="offset points", ha="center" if leaves_above else "left",
                     va="bottom" if leaves_above else "center", annotation_clip=False)  # fmt: skip
     for mode in found.modes:
-        for order, critical in zip(_ORDERS, mode.critical, strict=False):
+        for order, critical in zip(ORDERS, mode.critical, strict=True):
             if critical is not None:
-                ax.plot(critical, order * critical, "o", color=BLACK, markersize=3.5, zorder=5, label="critical speed")
+                ax.plot(
+                    critical,
+                    order * critical,
+                    "o",
+                    color=BLACK,
+                    markersize=3.5,
+                    zorder=5,
+                    label="critical speed passed",
+                )
     if analysis.has_speed:
         for line in lines:
             seen = np.interp([line.first_s, line.last_s], analysis.speed_time, analysis.speed_hz)

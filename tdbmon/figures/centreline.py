@@ -16,10 +16,12 @@ from tdbmon.analysis import orbit
 from tdbmon.figures.style import (
     BLACK,
     GREEN,
+    TITLE_LETTERS,
     UM,
     Margins,
     centre_of,
     circled_ends,
+    clipped,
     colour_bar,
     legend_below,
     new_figure,
@@ -64,9 +66,14 @@ def centreline(analysis: Analysis) -> Figure:
         if rows > 1:
             _near(axes[1, column], analysis, end, course, scale)
     legend_below(figure)
-    words = "speed [Hz]" if analysis.has_speed else "time [s]"
+    words = "speed [Hz]" if turns(analysis) else "time [s]"
     colour_bar(figure, ScalarMappable(scale, "viridis"), words)
     return figure
+
+
+def turns(analysis: Analysis) -> bool:
+    """Whether the record has a speed that tells positions apart: else they are coloured by the time."""
+    return analysis.has_speed and bool((analysis.speed_hz > 0).any())
 
 
 def any_settled(analysis: Analysis, courses: Courses) -> bool:
@@ -90,7 +97,7 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
 
 def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The settled positions alone."""
-    _frame(ax, f"{end}: from settling on, magnified")
+    _frame(ax, f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
     time, mean = course
     settled = _settled(analysis, end, time)
     if settled.sum() < _FEWEST:
@@ -160,4 +167,4 @@ def _settled(analysis: Analysis, end: str, time: np.ndarray) -> np.ndarray:
 
 
 def _colour(analysis: Analysis, time: np.ndarray) -> np.ndarray:
-    return np.interp(time, analysis.speed_time, analysis.speed_hz) if analysis.has_speed else time
+    return np.interp(time, analysis.speed_time, analysis.speed_hz) if turns(analysis) else time

@@ -14,6 +14,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     power_ticks,
     styled,
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _USUAL_PERCENT = -5.0, 25.0  # of the measured speed
-_LEAST_HZ = 1e-3  # of a speed on a logarithmic axis
+_LEAST_HZ = 1e-3  # on a logarithmic axis: less is standstill
 
 
 @styled
@@ -38,7 +39,7 @@ def coast_down(course: Course, runout: str) -> Figure:
     ends = list(course.measured_rms)
     figure = new_figure(74 + 30 * len(ends), f"Mean and rms over windows of 1 s · displacement not filtered, {runout}")
     axes = subplots(
-        figure, 2 + len(ends), 2, Margins(17, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
+        figure, 2 + len(ends), 2, Margins(19, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
         sharex=True,
     )  # fmt: skip
     time = course.time
@@ -46,7 +47,8 @@ def coast_down(course: Course, runout: str) -> Figure:
     for column, scale in enumerate(("linear", "log")):
         top, below = axes[0, column], axes[1, column]
         for speed, colour, width, words in both:
-            top.plot(time, np.maximum(speed, _LEAST_HZ), color=colour, linewidth=width, label=words)
+            shown = np.where(speed >= _LEAST_HZ, speed, np.nan) if scale == "log" else speed
+            top.plot(time, shown, color=colour, linewidth=width, label=words)
         if scale == "log":
             top.set_yscale("log")
             power_ticks(top.yaxis)
@@ -66,7 +68,7 @@ def coast_down(course: Course, runout: str) -> Figure:
                 if end in rms:
                     ax.semilogy(time, rms[end][column] * UM, color=colour, linewidth=width, label=words)
             power_ticks(ax.yaxis)
-            ax.set_ylabel(f"{end} {axis} [µm rms]")
+            name_axis(ax, f"{{}} {axis} [µm rms]", end)
     for ax in axes[-1]:
         ax.set_xlabel("time from the release [s]")
         ax.set_xlim(0, time[-1] + 0.5)

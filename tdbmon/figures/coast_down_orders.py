@@ -16,6 +16,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     power_ticks,
     say,
@@ -45,6 +46,8 @@ def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figu
                 _track(ax, whole.measured, order, end, MEASURED, 2.4, "measured"),
                 _track(ax, whole.simulated, order, end, VERMILION, 0.9, "simulated"),
             ]
+            ax.set_yscale("log")
+            power_ticks(ax.yaxis)
             if not any(drawn):
                 say(ax, "not tracked: it needs a keyphasor")
             for each in resonances:
@@ -52,9 +55,7 @@ def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figu
                     ax.axvline(
                         each.critical, color=GREY, linestyle=":", linewidth=1.0, label="critical speed, computed"
                     )
-            ax.set_yscale("log")
-            power_ticks(ax.yaxis)
-            ax.set_ylabel(f"{end} {order:g}X [µm 0-pk]")
+            name_axis(ax, f"{{}} {order:g}X [µm 0-pk]", end)
     for ax in axes[-1]:
         ax.set_xlabel("speed [Hz]")
     legend_below(figure)

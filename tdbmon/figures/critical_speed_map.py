@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tdbmon.figures.labels import Labels, Place
 from tdbmon.figures.spectral_map import colour_limits, decibel, draw_map, edges
 from tdbmon.figures.style import (
     BLACK,
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     from tdbmon.identify.natural_frequencies import NaturalFrequencies
 
 _BEYOND = 1.1  # times the highest natural frequency of the machine, shown
+# of a name about its line, at the right edge and at the left
+_ABOUT = [((x, y), ha, va) for x, ha in ((-2.0, "right"), (2.0, "left")) for y, va in ((1.5, "bottom"), (-1.5, "top"))]
 COLOUR = {"sideways": BLUE, "up and down": VERMILION}
 
 
@@ -50,17 +53,15 @@ def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Seq
     top = _BEYOND * max(mode.frequency.value or 0.0 for mode in found.modes)
     _map(left, found)
     _spectra(figure, right, analysis, top)
-    for line in lines:
-        hz = float(line.frequency.value or 0.0)
-        if hz > top:
-            continue
+    left.set_ylim(0, top)
+    shown = [(line, hz) for line in lines if (hz := float(line.frequency.value or 0.0)) <= top]
+    for _, hz in shown:
         left.axhline(hz, color=PURPLE, linestyle=(0, (4, 2)), linewidth=0.8, label="line of the record")
         right.axhline(hz, color="white", linestyle=(0, (1, 3)), linewidth=0.6)
-        left.annotate(
-            f"{line.name}, {hz:.1f} Hz", (0.98, hz), xycoords=("axes fraction", "data"), xytext=(0, 1.5),
-            textcoords="offset points", color=BLACK, fontsize=6, ha="right", clip_on=True,
-        )  # fmt: skip
-    left.set_ylim(0, top)
+    labels, edges_of = Labels(left, {"color": BLACK, "fontsize": 6}), left.get_xlim()
+    for line, hz in shown:
+        places = [Place(edges_of[ha == "right"], hz, offset, ha, va) for offset, ha, va in _ABOUT]
+        labels.write(line.name if line.name.endswith(" Hz") else f"{line.name}, {hz:.1f} Hz", places)
     left.set_ylabel("frequency [Hz]")
     legend_below(figure, 4)
     return figure

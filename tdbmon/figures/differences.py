@@ -15,6 +15,8 @@ if TYPE_CHECKING:
 _LINEAR = 5.0
 _TICKS = (2, 4, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 _ROW_MM = 4.4
+_LEFT_MM = 68.0  # for the quantities, or more where ends have long names
+_TYPE = 6.5
 
 
 @styled
@@ -32,7 +34,7 @@ def differences(comparison: Comparison) -> Figure:
     if reach > _LINEAR:
         note += f", logarithmic beyond {_LINEAR:g}"
     figure = new_figure(24 + _ROW_MM * len(shown), note)
-    ax = subplots(figure, 1, 1, Margins(68, 4, 9, 12))[0, 0]
+    ax = subplots(figure, 1, 1, Margins(_left(figure, shown), 4, 9, 12))[0, 0]
     for row, (value, low, high, flag) in enumerate(scaled):
         colour = VERMILION if flag else BLUE
         ax.plot([low, high], [row, row], color=colour, linewidth=1.0, zorder=2)
@@ -45,7 +47,15 @@ def differences(comparison: Comparison) -> Figure:
     ax.set_xticks([], minor=True)
     ax.xaxis.set_major_formatter(lambda x, _: f"{x:g}".replace("-", "−"))
     ax.set_ylim(len(shown) - 0.4, -0.6)
-    ax.set_yticks(range(len(shown)), shown, fontsize=6.5)
+    ax.set_yticks(range(len(shown)), shown, fontsize=_TYPE)
     ax.grid(axis="y", color=LIGHT)
     ax.set_xlabel("less than before   ←   standard errors   →   more than before")
     return figure
+
+
+def _left(figure: Figure, shown: list[str]) -> float:
+    """Return the room that the names of the quantities need, mm."""
+    written = figure.text(0, 0, "\n".join(shown), fontsize=_TYPE)
+    width = float(written.get_window_extent().width) / figure.dpi * 25.4
+    written.remove()
+    return max(_LEFT_MM, width + 3)

@@ -16,6 +16,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -48,7 +49,10 @@ def displacements_against_simulated(found: Agreement) -> Figure:
         height_ratios=[1.7, 1.0] * len(rows), sharex=False,
     )  # fmt: skip
     last = float(found.time[-1])
-    spans = ((f"to {found.fitted_to * 1e3:.0f} ms: fitted", found.fitted_to), ("and on, not fitted", last))
+    spans = (
+        (f"to {found.fitted_to * 1e3:.0f} ms: fitted", found.fitted_to),
+        (f"to {last * 1e3:.0f} ms: not fitted beyond the dotted line", last),
+    )
     for column, (words, stop) in enumerate(spans):
         axes[0, column].set_title(words)
         for row, (end, axis) in enumerate(rows):
@@ -59,7 +63,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
                 if ax is not axes[-1, column]:
                     ax.tick_params(labelbottom=False)
             if column == 0:
-                pair[0].set_ylabel(f"{end.end} {'xy'[axis]}\n[µm]")
+                name_axis(pair[0], f"{{}} {'xy'[axis]}\n[µm]", end.end)
                 pair[1].set_ylabel("residual\n[µm]")
         axes[-1, column].set_xlabel("time from the release [ms]")
     for ax in axes[:, 0]:

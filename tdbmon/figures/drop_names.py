@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import takewhile
 from typing import TYPE_CHECKING
 
 from matplotlib.axes import Axes
 
 if TYPE_CHECKING:
     from tdbmon.history.catalogue import Entry
+
+_LETTERS = 9  # of a name: more stand aslant on what lies below
+_DIGITS = "0123456789"
 
 
 def drop_names(ax: Axes, entries: Sequence[Entry], most: int, flat: int = 0) -> None:
@@ -19,7 +23,7 @@ def drop_names(ax: Axes, entries: Sequence[Entry], most: int, flat: int = 0) -> 
     aslant = len(places) > flat
     ax.set_xticks(
         list(places),
-        [short_name(entries[place - 1].raw_name) for place in places],
+        short_names([entries[place - 1].raw_name for place in places]),
         rotation=40 if aslant else 0,
         ha="right" if aslant else "center",
         rotation_mode="anchor" if aslant else "default",
@@ -34,7 +38,29 @@ def drops_label(entries: Sequence[Entry]) -> str:
     return f"drop ({first} to {last})" if first and last and first != last else "drop"
 
 
-def short_name(name: str) -> str:
-    """Return a file's name without its ending, its middle cut out where it is long: drops differ in how names end."""
-    stem = name.rsplit(".", 1)[0]
-    return stem if len(stem) <= 14 else f"{stem[:4]}…{stem[-9:]}"
+def short_names(names: Sequence[str]) -> list[str]:
+    """Return names of files without their ending; of long ones what they do not share, as far as it has room."""
+    stems = [name.rsplit(".", 1)[0] for name in names]
+    if max(map(len, stems), default=0) <= _LETTERS:
+        return stems
+    head, tail = 0, 0
+    if len(set(stems)) > 1:
+        head = _shared(stems)
+        tail = _shared([stem[:head:-1] for stem in stems])
+    return [_cut(stem, head, len(stem) - tail) for stem in stems]
+
+
+def _shared(stems: Sequence[str]) -> int:
+    """Return with how many letters all begin; a number is not cut in two."""
+    alike = takewhile(lambda letters: len(set(letters)) == 1, zip(*stems, strict=False))
+    return len("".join(letters[0] for letters in alike).rstrip(_DIGITS))
+
+
+def _cut(stem: str, begin: int, end: int) -> str:
+    """Return a name from `begin` to `end`, what is left out marked; of what is still long the last letters."""
+    before, after = "…" * (begin > 1), "…" * (end < len(stem) - 1)
+    own = stem[begin if before else 0 : end if after else None]
+    if not own:  # all of it is shared: another name goes on where it ends
+        before, own, after = "", stem, ""
+    room = _LETTERS - len(before) - len(after)
+    return before + own + after if len(own) <= room else f"…{own[-room:]}{after}"

@@ -34,6 +34,8 @@ if TYPE_CHECKING:
     from tdbmon.estimate import Estimate
     from tdbmon.history.fleet import Member
 
+    Gaps = dict[str, list[tuple[int, Estimate]]]  # by the end, its radius over the drops
+
 _COLUMNS = 4
 _ROW_MM = 37
 _SHOWN = 24
@@ -62,16 +64,18 @@ def fleet(members: list[Member]) -> Figure:
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
     figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
     axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5), sharey=False)
-    reach = _reach(shown)
+    of_all = [member.gaps() for member in shown]
+    limits = [_limit_of(member, gaps) for member, gaps in zip(shown, of_all, strict=True)]
+    reach = _reach(of_all, limits)
     # an end looks the same on all machines that call it so: they share one legend
-    ends_of_all = list(dict.fromkeys(end for member in shown for end in member.gaps()))
+    ends_of_all = list(dict.fromkeys(end for gaps in of_all for end in gaps))
     style = {end: _STYLES[k % len(_STYLES)] for k, end in enumerate(ends_of_all)}
-    for i, (ax, member) in enumerate(zip(axes.flat, shown, strict=False)):
+    for i, (ax, member, every, limit) in enumerate(zip(axes.flat, shown, of_all, limits, strict=False)):
         colour, width = _EDGE[member.verdict.word]
         for spine in ax.spines.values():
             spine.set(color=colour, linewidth=width)
         ax.set_title(f"{_wrapped(member.machine)}\n{member.verdict.word}", fontsize=6)
-        gaps = {end: series for end, series in member.gaps().items() if series}
+        gaps = {end: series for end, series in every.items() if series}
         if not gaps:
             say(ax, "no radius at rest")
         judged = len(member.comparison.matched) + 1
@@ -87,7 +91,8 @@ def fleet(members: list[Member]) -> Figure:
             if series[-1][0] != judged:
                 not_told(ax, judged, marker, place=k)
         ax.set_ylim(-reach, reach)
-        _limit(ax, member, gaps, reach)
+        if limit is not None:
+            _draw_limit(ax, *limit, reach)
         drop_axis(ax, judged, 5)
         if i % _COLUMNS:
             ax.set_yticklabels([])
@@ -101,12 +106,8 @@ def fleet(members: list[Member]) -> Figure:
     return figure
 
 
-def _limit(ax: Axes, member: Member, gaps: dict[str, list[tuple[int, Estimate]]], reach: float) -> None:
-    """Draw the limit of growth of the end that reaches it first, or say that it lies above the scale."""
-    found = _limits(member, gaps)
-    if not found:
-        return
-    level, end = min(found)
+def _draw_limit(ax: Axes, level: float, end: str, reach: float) -> None:
+    """Draw the limit of growth of an end, or say that it lies above the scale."""
     words = f"limit {end} {level:+.0f} µm"
     if level > reach:
         ax.annotate(f"{words}: above", (0.98, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=5)
@@ -118,25 +119,23 @@ def _limit(ax: Axes, member: Member, gaps: dict[str, list[tuple[int, Estimate]]]
     )  # fmt: skip
 
 
-def _limits(member: Member, gaps: dict[str, list[tuple[int, Estimate]]]) -> list[tuple[float, str]]:
-    """Return by how much the radius has grown since the first of the drops where its limit is reached, µm, and the end."""
-    first = {end: series[0][1].value for end, series in gaps.items() if series}
-    return [((level - (first[end] or 0.0)) * 1e6, end) for end, level in member.gap_limits.items() if end in first]
+def _limit_of(member: Member, gaps: Gaps) -> tuple[float, str] | None:
+    """Return where the end that comes to its limit of growth first is at it, µm above its first radius, and its name."""
+    first = {end: series[0][1].value or 0.0 for end, series in gaps.items() if series}
+    return min(
+        (((level - first[end]) * 1e6, end) for end, level in member.gap_limits.items() if end in first), default=None
+    )
 
 
-def _reach(members: list[Member]) -> float:
+def _reach(of_all: list[Gaps], limits: list[tuple[float, str] | None]) -> float:
     """Half-height of all panels, µm: that of the data, or of the limits where these are near."""
     found = [5.0]
-    limits: list[float] = []
-    for member in members:
-        gaps = member.gaps()
-        for series in gaps.values():
-            first = (series[0][1].value if series else None) or 0.0
-            ends = [x for _, e in series for x in (e.value, e.low, e.high) if x is not None]
-            found += [abs(x - first) * 1e6 for x in ends]
-        limits += [min(own)[0] for own in [_limits(member, gaps)] if own]
+    for series in (series for gaps in of_all for series in gaps.values() if series):
+        first = series[0][1].value or 0.0
+        ends = [x for _, e in series for x in (e.value, e.low, e.high) if x is not None]
+        found += [abs(x - first) * 1e6 for x in ends]
     reach = 1.2 * max(found)
-    return max([reach, *(1.1 * limit for limit in limits if limit < _NEAR * reach)])
+    return max([reach, *(1.1 * limit[0] for limit in limits if limit is not None and limit[0] < _NEAR * reach)])
 
 
 def _wrapped(name: str) -> str:

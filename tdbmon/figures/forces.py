@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
-from tdbmon.figures.style import BLUE, GREY, SKY, Margins, legend_below, new_figure, say, styled, subplots
+from tdbmon.figures.style import BLUE, GREY, SKY, Margins, legend_below, name_axis, new_figure, say, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.identify.forces import DropForces
@@ -20,7 +20,7 @@ def forces(drop: DropForces) -> Figure:
     axes = subplots(figure, len(drop.ends), 1, Margins(17, 3, 11, 20, down=5), sharex=True)[:, 0]
     for ax, (name, end) in zip(axes, drop.ends.items(), strict=True):
         history = end.history
-        ax.set_ylabel(f"{name} force [kN]")
+        name_axis(ax, "{} force [kN]", name)
         if not history.time.size:
             say(ax, "the simulations differ from the release on")
             continue

@@ -42,15 +42,17 @@ def full_spectrum(analysis: Analysis) -> Figure:
     known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)
-    axes = subplots(
-        figure, len(stretches), len(ends), Margins(17, 3, 11, 10, across=6, down=8), sharex=True, sharey="row"
-    )
+    # between columns as wide as 1000 and −1000 need it
+    margins = Margins(18, 4, 11, 10, across=8, down=8)
+    axes = subplots(figure, len(stretches), len(ends), margins, sharex=True, sharey="row")
     for row, (name, start, stop) in enumerate(stretches):
         spectra = _spectra(analysis.planes, ends, start, stop, analysis.machine.sense)
         highest = max(float(spectra.forward.max()), float(spectra.backward.max()))
         if np.isfinite(highest):
             loudest = float(decibel(np.array(highest)))
             axes[row, 0].set_ylim(loudest - 90, loudest + 15)
+        else:
+            axes[row, 0].set_yticks([])
         for column, end in enumerate(ends):
             ax = axes[row, column]
             ax.set_title(f"{end}, {name}: {start:.2f} to {stop:.2f} s", fontsize=7)
@@ -94,21 +96,23 @@ def _panel(ax: Axes, analysis: Analysis, spectra: xr.Dataset, at: float) -> None
     frequency = spectra.frequency.to_numpy()
     top = top_frequency(analysis, float(frequency[-1]))
     keep = (frequency > 0) & (frequency <= top)
+    ax.set_xlim(-top, top)
     forward, backward = (decibel(spectra[side].to_numpy()[keep]) for side in ("forward", "backward"))
     if not np.isfinite(forward).all():
         say(ax, "samples are missing in this stretch")
         return
     ax.plot(frequency[keep], forward, color=BLUE, linewidth=0.7)
     ax.plot(-frequency[keep], backward, color=VERMILION, linewidth=0.7)
-    ax.set_xlim(-top, top)
     ax.axvline(0.0, color=GREY, linewidth=0.6)
-    _orders(ax, analysis, at, top)
+    _orders(ax, analysis, at, float(frequency[1]), top)
 
 
-def _orders(ax: Axes, analysis: Analysis, at: float, top: float) -> None:
+def _orders(ax: Axes, analysis: Analysis, at: float, step: float, top: float) -> None:
     if not analysis.has_speed:
         return
     speed = float(np.interp(at, analysis.speed_time, analysis.speed_hz))
+    if speed < step:  # the spectrum does not tell them apart, nor a shaft that stands
+        return
     lines = [(order, side * order * speed) for order in (1, 2, 3) for side in (1, -1) if order * speed < 0.95 * top]
     for _, hz in lines:
         ax.axvline(hz, color=GREY, linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)

@@ -170,7 +170,7 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
                     label=f"median and 95 % range, bins of {_BIN_DEG:g}°")  # fmt: skip
     ax.axhline(0.0, color=BLACK, linewidth=0.9)
     ax.set_xlim(*np.quantile(angle, [0.0, 1.0]))
-    if gap.radius.high is not None:
-        width = (gap.radius.high - gap.radius.value) * UM
-        ax.axhspan(-width, width, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
+    if gap.radius.low is not None and gap.radius.high is not None:
+        low, high = ((limit - gap.radius.value) * UM for limit in (gap.radius.low, gap.radius.high))
+        ax.axhspan(low, high, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
     ax.set_ylim(least, most)

@@ -10,7 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, new_figure, styled, subplots
+from tdbmon.figures.drop_names import short_names
+from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, name_axis, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.late_record import LateRecord
@@ -32,16 +33,17 @@ def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str)
     """
     figure = new_figure(96, "Means of 50 ms or three turns · 1X: root mean square over the probes")
     axes = subplots(figure, 2, len(shown), Margins(17, 3, 13, 20, across=4, down=4), sharex=True, sharey="row")
-    for column, drop in enumerate(shown):
+    names = short_names([records[drop].name for drop in shown])
+    for column, (drop, name) in enumerate(zip(shown, names, strict=True)):
         each = records[drop]
         row = each.probes.index(probe)
         _compared(axes[0, column], each.time, each.whirl, each.whirls)
         _compared(axes[1, column], each.time, each.place[row], each.places[:, row])
-        axes[0, column].set_title(each.name)
+        axes[0, column].set_title(name)
         axes[1, column].set_xlabel("time from the release [ms]")
     axes[0, 0].set_ylim(bottom=0.0)
     axes[0, 0].set_ylabel("1X, 0-pk [µm]")
-    axes[1, 0].set_ylabel(f"mean of {probe} [µm]")
+    name_axis(axes[1, 0], "mean of {} [µm]", probe)
     legend_below(figure, 3)
     return figure
 

@@ -21,6 +21,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    legend_room,
     new_figure,
     styled,
     subplots,
@@ -37,7 +38,8 @@ _NAMED = 10  # drops along an axis
 _MOST = 16  # of the flagged ones, for a page
 _FIRST = ("gap_um", "fall_time_ms", "rebound_um", "v_rms", "stress_max_mpa", "stiffness_n_per_m", "decay_time_s")
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-_MARKERS = "osD^vPX"
+_MARKERS = "osD^vPX*"  # one more, so that looks differ where colours come again
+_COLUMNS = 5  # of the legend
 
 
 @styled
@@ -46,12 +48,15 @@ def machine_courses(history: MachineHistory) -> Figure:
     flagged = history.flagged
     shown = shown_courses(history)
     rows = max(1, math.ceil(len(shown) / 2))
-    figure = new_figure(31 + 46 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate")
-    axes = subplots(figure, rows, 2, Margins(19, 3, 13, 21, across=21, down=17))
+    names = _class_names(history)
+    more = legend_room(len(names) + 2, _COLUMNS, 1)
+    figure = new_figure(
+        32 + more + 46 * rows, "All drops in their order · bars: 95 % interval of each drop's own estimate"
+    )
+    axes = subplots(figure, rows, 2, Margins(19, 3, 13, 22 + more, across=21, down=17))
     place = {entry.id: i for i, entry in enumerate(history.entries, start=1)}
     overhauls = [place[b.id] for a, b in pairwise(history.entries) if a.assembly != b.assembly]
     speed_class = dict(zip((e.id for e in history.entries), history.classes, strict=True))
-    names = _class_names(history)
     for ax, course in zip(axes.flat, shown, strict=False):
         factor = scale_of(KINDS[course.name].unit)[0]
         for number, name in names.items():
@@ -81,9 +86,9 @@ def machine_courses(history: MachineHistory) -> Figure:
         drop_names(ax, history.entries, _NAMED)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
-    for ax in axes[-1]:
+    for ax in axes.flat[max(0, len(shown) - 2) : len(shown)]:
         ax.set_xlabel(drops_label(history.entries))
-    legend_below(figure, 5)
+    legend_below(figure, _COLUMNS)
     return figure
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.style import (
     BLUE,
     GREY,
@@ -17,6 +18,7 @@ from tdbmon.figures.style import (
     VERMILION,
     Margins,
     legend_below,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -48,15 +50,16 @@ def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: 
         figure, 2 * len(names), len(shown), Margins(17, 3, 15, 18, across=4, down=2.5),
         height_ratios=[1.7, 1.0] * len(names), sharex=True, sharey="row",
     )  # fmt: skip
-    for column, drop in enumerate(shown):
+    drops = short_names([first[drop].name for drop in shown])
+    for column, (drop, title) in enumerate(zip(shown, drops, strict=True)):
         left = first[drop]
-        axes[0, column].set_title(f"{left.name}, {left.speed:.0f} Hz")
+        axes[0, column].set_title(f"{title}, {left.speed:.0f} Hz")
         for row, name in enumerate(names):
             _probe(axes[2 * row, column], axes[2 * row + 1, column], models, drop, name)
         axes[-1, column].set_xlabel("time from the release [ms]")
         axes[-1, column].set_xlim(left.time[0] * 1e3, left.time[-1] * 1e3)
     for row, name in enumerate(names):
-        axes[2 * row, 0].set_ylabel(f"{name}\n[µm]")
+        name_axis(axes[2 * row, 0], "{}\n[µm]", name)
         axes[2 * row + 1, 0].set_ylabel("residual\n[µm]")
         for ax in axes[2 * row : 2 * row + 2, 0]:
             ax.yaxis.set_label_coords(-10 * len(shown) / 150, 0.5)

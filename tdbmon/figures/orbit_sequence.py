@@ -15,10 +15,12 @@ from tdbmon.figures.style import (
     GREEN,
     GREY,
     PURPLE,
+    TITLE_LETTERS,
     UM,
     VERMILION,
     Margins,
     centre_of,
+    clipped,
     has_circle,
     legend_below,
     new_figure,
@@ -137,7 +139,7 @@ def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop
     ax.plot(*xy[:, -1], "s", color=VERMILION, markersize=3.5, label="end")
     magnified = frame_orbit(ax, analysis, end, xy)
     pulses = _pulses(ax, analysis, t, xy)
-    above = f"{end}, {name}{'' if pulses else ', no pulses'}"
+    above = f"{clipped(end, TITLE_LETTERS)}, {name}{'' if pulses else ', no pulses'}"
     ax.set_title(f"{above}\n{time_span(start, stop)}{', magnified' if magnified else ''}", fontsize=7, loc="center")
 
 

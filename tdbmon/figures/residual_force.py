@@ -9,17 +9,22 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.style import (
     AXIS_WORD,
     BLACK,
     BLUE,
-    DROP_COLOURS,
     GREY,
     PHASE_COLOUR,
     SKY,
+    TITLE_LETTERS,
     UM,
     Margins,
+    clipped,
+    drop_look,
     legend_below,
+    legend_room,
+    name_axis,
     new_figure,
     styled,
     subplots,
@@ -29,6 +34,7 @@ if TYPE_CHECKING:
     from tdbmon.diagnosis.residual_force import ResidualForce
 
 _ARROWS = 40  # at an end
+_COLUMNS = 4  # of the legend of drops
 
 
 @styled
@@ -41,8 +47,9 @@ def force_against_time(
     axes = subplots(
         figure, 2 * len(ends), len(forces), Margins(16, 3, 15, 17, across=4, down=3), sharex=True, sharey="row"
     )
-    for column, (each, speed) in enumerate(zip(forces, speeds, strict=True)):
-        axes[0, column].set_title(f"{each.drop}, {speed:.0f} Hz")
+    names = short_names([each.drop for each in forces])
+    for column, (each, name, speed) in enumerate(zip(forces, names, speeds, strict=True)):
+        axes[0, column].set_title(f"{name}, {speed:.0f} Hz")
         time = each.time * 1e3
         for row in range(2 * len(ends)):
             end, part = divmod(row, 2)
@@ -62,7 +69,7 @@ def force_against_time(
         axes[-1, column].set_xlim(0, time[-1])
         axes[-1, column].set_xlabel("time from the release [ms]")
     for row, ax in enumerate(axes[:, 0]):
-        ax.set_ylabel(f"{ends[row // 2]} {'xy'[row % 2]} [N]")
+        name_axis(ax, f"{{}} {'xy'[row % 2]} [N]", ends[row // 2])
         ax.yaxis.set_label_coords(-11 * len(forces) / 151, 0.5)
     legend_below(figure, 3)
     return figure
@@ -84,8 +91,9 @@ def force_against_place(
         Of the drops, Hz.
     """
     note = "Every instant at which the missing force passes its 95 % band · angle from +x (right) towards +y (up)"
-    figure = new_figure(22 + 66 * len(ends), note)
-    axes = subplots(figure, len(ends), 2, Margins(16, 3, 12, 22, across=16, down=18))
+    more, drops = legend_room(len(forces), _COLUMNS, 3), short_names([each.drop for each in forces])
+    figure = new_figure(22 + more + 66 * len(ends), note)
+    axes = subplots(figure, len(ends), 2, Margins(16, 3, 12, 22 + more, across=16, down=18))
     for end, name in enumerate(ends):
         orbit, angle = axes[end]
         _clearance(orbit, gaps[end], max(float(np.abs(each.place[end]).max()) for each in forces))
@@ -95,29 +103,32 @@ def force_against_place(
             default=0.0,
         )
         for k, (each, speed, out) in enumerate(zip(forces, speeds, beyond, strict=True)):
-            colour, label = DROP_COLOURS[k % len(DROP_COLOURS)], f"{each.drop}, {speed:.0f} Hz"
+            (colour, line), label = drop_look(k), f"{drops[k]}, {speed:.0f} Hz"
             place, force = each.place[end], each.force[end]
-            orbit.plot(place.real * UM, place.imag * UM, color=colour, linewidth=0.4, alpha=0.7)
+            orbit.plot(place.real * UM, place.imag * UM, color=colour, linestyle=line, linewidth=0.4, alpha=0.7)
             turned = force[out] * np.exp(-1j * np.angle(place[out]))
             where = np.degrees(np.angle(place[out]))
-            angle.plot(where, turned.real, "o", color=colour, markersize=3, label=label)
+            fill = colour if line == "-" else "none"
+            angle.plot(where, turned.real, "o", color=colour, markerfacecolor=fill, markersize=3, label=label)
             angle.plot(where, turned.imag, "x", color=colour, markersize=3.5)
         if strongest:
             _arrows(orbit, forces, end, 0.5 * gaps[end] * UM / strongest, float(f"{strongest / 2:.1g}"))
+        title = clipped(name, TITLE_LETTERS)
+        arrows = min(_ARROWS, sum(int(out.sum()) for out in beyond))
         orbit.set_title(
-            f"{name}: up to {strongest:.0f} N, the {_ARROWS} strongest"
+            f"{title}: up to {strongest:{'.0f' if strongest > 10 else '.2g'}} N, the {arrows} strongest"
             if strongest
-            else f"{name}: no force passes its band"
+            else f"{title}: no force passes its band"
         )
         orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
         orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
-        angle.set_title(f"{name}: ● outwards   ✕ counter-clockwise")
+        angle.set_title(f"{title}: ● outwards   ✕ counter-clockwise")
         angle.axhline(0, color=GREY, linewidth=0.6)
         angle.set_xlim(-180, 180)
         angle.set_xticks(range(-180, 181, 60))
         angle.set_xlabel("angle of the shaft centre in the clearance [°]")
         angle.set_ylabel("missing force [N]")
-    legend_below(figure, 4)
+    legend_below(figure, _COLUMNS)
     return figure
 
 
@@ -126,13 +137,13 @@ def _arrows(ax: Axes, forces: Sequence[ResidualForce], end: int, scale: float, k
     out = [_beyond_band(each, end) for each in forces]
     place = np.concatenate([each.place[end, o] for each, o in zip(forces, out, strict=True)]) * UM
     force = np.concatenate([each.force[end, o] for each, o in zip(forces, out, strict=True)]) * scale
-    colour = np.repeat([DROP_COLOURS[k % len(DROP_COLOURS)] for k in range(len(forces))], [o.sum() for o in out])
+    colour = np.repeat([drop_look(k)[0] for k in range(len(forces))], [o.sum() for o in out])
     last = np.argsort(-np.abs(force))[:_ARROWS]
     drawn = ax.quiver(
         place[last].real, place[last].imag, force[last].real, force[last].imag, color=colour[last], angles="xy",
         scale_units="xy", scale=1.0, width=0.005, zorder=3,
     )  # fmt: skip
-    ax.quiverkey(drawn, 0.86, 0.9, key * scale, f"{key:.0f} N", labelpos="N", color=BLACK)
+    ax.quiverkey(drawn, 0.86, 0.93, key * scale, f"{key:g} N", labelpos="S", color=BLACK)
 
 
 def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:

@@ -10,13 +10,14 @@ from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter
 
-from tdbmon.figures.style import GREY, Margins, colour_bar, new_figure, styled, subplots
+from tdbmon.figures.style import GREY, Margins, clipped, colour_bar, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.left_over import LeftOver
 
 _BIN_S = 5e-4
 _ROW_MM = 3.2
+_LETTERS = 12  # of a probe's name
 _LEAST = 10.0  # times the noise, to which the colours reach at least
 
 
@@ -48,7 +49,7 @@ def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
         ax.grid(False)
         ax.set_title(name)
         ax.set_xlabel("time from the release [ms]")
-    names = [f"{left.speed:.0f} Hz {probe.name}" for left in drops for probe in left.probes]
+    names = [f"{left.speed:.0f} Hz {clipped(probe.name, _LETTERS)}" for left in drops for probe in left.probes]
     axes[0].set_yticks(np.arange(rows) + 0.5, names, fontsize=6)
     axes[0].set_ylabel("drop [Hz], probe")
     axes[0].yaxis.set_label_coords(-27 / 118 * len(models), 0.5)

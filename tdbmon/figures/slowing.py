@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.measured_against_simulated import PLAIN
 from tdbmon.figures.style import (
     BLUE,
@@ -44,7 +45,8 @@ def slowing(
         62, "Keyphasor less simulated shaft angle, forward, means of 20 ms · grey: two standard deviations"
     )
     axes = subplots(figure, 1, len(shown), Margins(17, 3, 13, 20, across=4), sharey="row")
-    for ax, drop in zip(axes[0], shown, strict=True):
+    titles = short_names([names[drop] for drop in shown])
+    for ax, drop, title in zip(axes[0], shown, titles, strict=True):
         for name, (factor, drops) in models.items():
             each = drops[drop]
             colour = VERMILION if name == PLAIN else BLUE
@@ -55,7 +57,7 @@ def slowing(
                 each.time * 1e3, np.degrees(each.rest(factor)), color=colour, marker="o", markersize=2.5, label=name
             )
         ax.axhline(0, color=GREY, linewidth=0.6)
-        ax.set_title(names[drop])
+        ax.set_title(title)
         ax.set_xlabel("time from the release [ms]")
     axes[0, 0].set_ylabel("residual angle [°]")
     legend_below(figure, 3)

@@ -133,7 +133,8 @@ def colour_limits(db: np.ndarray) -> tuple[float, float]:
         return -RANGE_DB, 0.0
     top, floor = float(finite.max()), float(np.median(finite))
     # noise has Rayleigh amplitudes: three in a hundred exceed their median by 7 dB
-    return max(floor + 7, top - RANGE_DB), top
+    low = max(floor + 7, top - RANGE_DB)
+    return low, max(top, low + 1)
 
 
 def edges(middles: np.ndarray, step: float) -> tuple[float, float]:

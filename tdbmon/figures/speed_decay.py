@@ -62,11 +62,13 @@ def speed_decay(analysis: Analysis) -> Figure:
     upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
     upper.plot(at, means, color=BLUE, label="speed as recorded")
     upper.set_ylabel("speed [Hz]")
+    if not (speed > 0).any():
+        upper.set_yticks([0])
     for ax in lower:
         _law(upper, ax, rundown, at, means)
     figure.axes[-1].set_xlabel("time from the record's first sample [s]")
     _coast_down(upper, rundown)
-    _standstill(upper, rundown)
+    _standstill(upper, rundown, bool((speed > 0).any()))
     legend_below(figure)
     return figure
 
@@ -143,11 +145,11 @@ def _coast_down(ax: Axes, rundown: RunDown) -> None:
     ax.plot(times, speeds, "o", color=BLACK, fillstyle="none", label=f"{shares} of the speed at the release left")
 
 
-def _standstill(ax: Axes, rundown: RunDown) -> None:
+def _standstill(ax: Axes, rundown: RunDown, turns: bool) -> None:
     still = rundown.standstill_time
     left, right = ax.get_xlim()
-    if still.value is None or not left <= still.value <= right:
-        why = "beyond the record" if still.value is not None else "not estimated"
+    if not turns or still.value is None or not left <= still.value <= right:
+        why = "throughout" if not turns else "beyond the record" if still.value is not None else "not estimated"
         ax.annotate(f"standstill: {why}", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY)
         return
     ax.axvline(still.value, color=PURPLE, label="standstill, and the range that it lies in")

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.figures.drop_names import drop_names, drops_label
-from tdbmon.figures.style import BLACK, BLUE, ORANGE, SKY, VERMILION, Margins, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, BLUE, ORANGE, SKY, VERMILION, Margins, name_axis, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
@@ -55,7 +55,7 @@ def stress_history(comparison: Comparison) -> Figure:
             current = drop == comparison.entry.id
             patch.set_facecolor(ORANGE if current else SKY)
             patch.set_edgecolor(BLACK if current else BLUE)
-        ax.set_ylabel(f"{end} stress [MPa]")
+        name_axis(ax, "{} stress [MPa]", end)
         ax.set_ylim(bottom=0)
         drop_names(ax, [entries[drop] for drop, _ in rows], _SHOWN, _FLAT)
         ax.set_xlabel(drops_label([entries[drop] for drop, _ in rows]))

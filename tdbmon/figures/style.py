@@ -14,7 +14,7 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
+from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
 from tdbmon.record.slow_roll import runout_words
 
@@ -27,7 +27,10 @@ P = ParamSpec("P")
 
 WIDTH_MM = 170.0  # the text width of an A4 page
 _LINE_MM = 3.0  # of a note above a figure
+_LEGEND_MM = 4.0  # of a line of a legend
 UM = 1e6
+TITLE_LETTERS = 8  # of a name of a file in a title that says more
+_NARROW = 6.5  # type of two lines where one has room
 _LETTER_PT = 4.4  # mean width of a letter of figures' words
 
 # Okabe and Ito, Color Universal Design (2008): told apart with every common colour vision
@@ -36,7 +39,8 @@ BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
 )  # fmt: skip
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
-DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY)
+_DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY, SKY, BLACK)
+_DROP_LINES = ("-", "--", "-.")
 MEASURED = "#BBBBBB"  # beneath what was simulated
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
@@ -151,6 +155,38 @@ def subplots(
     return axes
 
 
+def drop_look(drop: int) -> tuple[str, str]:
+    """Return colour and line of one of several drops: where colours are used up, they come again with other lines."""
+    lines, colour = divmod(drop, len(_DROP_COLOURS))
+    return _DROP_COLOURS[colour], _DROP_LINES[lines % len(_DROP_LINES)]
+
+
+def legend_room(entries: int, columns: int, lines: int) -> float:
+    """Return what a legend needs below a figure beyond its first `lines`, mm."""
+    return _LEGEND_MM * max(0, math.ceil(entries / columns) - lines)
+
+
+def clipped(name: str, letters: int) -> str:
+    """Return a name of a file with at most so many letters, of a longer one beginning and end."""
+    if len(name) <= letters:
+        return name
+    tail = (letters - 1) // 2
+    return f"{name[: letters - 1 - tail]}…{name[len(name) - tail :]}"
+
+
+def name_axis(ax: Axes, words: str, name: str) -> None:
+    """Label the vertical axis with words about a name of a file, as "{} force [kN]", no longer than it.
+
+    Where it has no room the name has a line of its own, and where that has none its middle is left out.
+    """
+    label, room = ax.set_ylabel(words.format(name)), ax.bbox.height
+    two = words if "\n" in words else words.replace("{} ", "{}\n")
+    for letters in range(len(name), 1, -1):
+        if label.get_window_extent().height <= room:
+            break
+        label.set(text=two.format(clipped(name, letters)), fontsize=_NARROW, linespacing=1.0)
+
+
 def drop_axis(ax: Axes, drops: int, most: int) -> None:
     """Number the drops along x with `most` labels or one more, in whole numbers, a single drop too."""
     # one tick will do: where two are asked for and there is one drop, the locator takes fractions
@@ -168,11 +204,23 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
 
 def power_ticks(axis: Axis) -> None:
     """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.set_major_locator(LogLocator(10.0))
     axis.set_major_formatter(FuncFormatter(_power))
-    axis.set_minor_formatter(NullFormatter())
+    name_between(axis)
+
+
+def name_between(axis: Axis) -> None:
+    """Name some ticks between the powers of ten of a logarithmic axis that has fewer than two of these in view."""
+
+    def named(value: float, _: int) -> str:
+        low, high = sorted(axis.get_view_interval())
+        if low <= 0 or math.floor(math.log10(high)) > math.ceil(math.log10(low)):
+            return ""
+        lead = value / 10.0 ** math.floor(math.log10(value))
+        return f"{value:.3g}" if high < 2 * low or min(abs(lead - each) for each in (2, 3, 5)) < 1e-6 else ""
+
+    axis.set_minor_formatter(FuncFormatter(named))
 
 
 def _power(value: float, _: int) -> str:
@@ -205,8 +253,8 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
         if end <= start:
             continue
         ax.axvspan(start, end, color=PHASE_COLOUR.get(phase.name, "white"), zorder=0, linewidth=0)
-        if names and end - start > 0.07 * (right - left):
-            ax.annotate(
+        if names:
+            name = ax.annotate(
                 phase.name,
                 ((start + end) / 2, 1.0),
                 xycoords=("data", "axes fraction"),
@@ -217,6 +265,8 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
                 fontsize=7,
                 color=GREY,
             )
+            if name.get_window_extent().width > (end - start) / (right - left) * ax.bbox.width:
+                name.remove()
     ax.set_xlim(left, right)
 
 
@@ -235,15 +285,24 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
 def say(ax: Axes, words: str) -> None:
     """Say in the axes why they are empty or incomplete.
 
-    Empty axes have no frame and no scale, for it would be invented, unless they share that of others.
+    Empty axes have no frame and no scale, for it would be invented, but for what they share with others.
     """
     ax.apply_aspect()
     points = ax.get_window_extent().width * 72 / ax.figure.dpi
     lines = textwrap.fill(words, max(8, int(0.9 * points / _LETTER_PT)), break_long_words=False)
     ax.text(0.5, 0.5, lines, transform=ax.transAxes, ha="center", va="center", color=GREY)
-    shared = any(len(axes.get_siblings(ax)) > 1 for axes in (ax.get_shared_x_axes(), ax.get_shared_y_axes()))
-    if not ax.has_data() and not shared:
+    if ax.has_data():
+        return
+    own = [
+        axis
+        for axis, shared in ((ax.xaxis, ax.get_shared_x_axes()), (ax.yaxis, ax.get_shared_y_axes()))
+        if len(shared.get_siblings(ax)) == 1
+    ]
+    if len(own) == 2:
         ax.set_axis_off()
+    for axis in own:
+        axis.set_ticks([])
+        axis.set_ticks([], minor=True)
 
 
 def circled_ends(analysis: Analysis) -> list[str]:

@@ -21,6 +21,7 @@ from tdbmon.figures.style import (
     centre_of,
     legend_below,
     mark_phases,
+    name_axis,
     new_figure,
     released,
     said,
@@ -72,7 +73,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
             )
             _clearance(ax, analysis, end, axis)
             _events(ax, analysis, end, start, stop)
-            ax.set_ylabel(f"{end} {axis} [µm]")
+            name_axis(ax, f"{{}} {axis} [µm]", end)
             ax.yaxis.set_label_coords(-11 / 150, 0.5)
             ax.margins(y=0.08)
     axes[-1].set_xlabel("time from the record's first sample [s]")

@@ -55,7 +55,7 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
             _limit(ax, change, comparison.settings.inspect.gap_growth)
     for ax in axes.flat[len(shown) :]:
         ax.set_visible(False)
-    for ax in axes[-1]:
+    for ax in axes.flat[max(0, len(shown) - _COLUMNS) : len(shown)]:
         ax.set_xlabel(drops_label(entries))
     return figure
 
@@ -84,7 +84,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     elif trend is not None and trend.p <= SEEN and trend.slope.value is not None:
         slope = trend.slope.value * factor
         ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
-    mark = "  · changed" if change.flag else "  · not told by this drop" if change.estimate.value is None else ""
+    mark = "  · changed" if change.flag else "  · not told" if change.estimate.value is None else ""
     ax.set_title(change.title + mark, fontsize=7)
     ax.set_ylabel(axis_name(change.kind))
 

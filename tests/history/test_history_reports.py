@@ -15,7 +15,7 @@ from tdbsim.machine import load_machine
 from tdbmon.estimate import Estimate
 from tdbmon.figures.differences import differences
 from tdbmon.figures.fleet import fleet as fleet_figure
-from tdbmon.figures.machine_courses import machine_courses
+from tdbmon.figures.machine_courses import machine_courses, shown_courses
 from tdbmon.figures.stress_history import stress_history
 from tdbmon.figures.trends import trends
 from tdbmon.history.compare import compare, filed_drop
@@ -209,7 +209,7 @@ def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp
     for ax, change in zip(drawing.axes, radii, strict=False):
         hollow = [line.get_xdata()[0] for line in ax.lines if line.get_markerfacecolor() == "none"]
         assert hollow == ([7] if change.end in ends else [])
-        assert ("not told by this drop" in ax.get_title("left")) == (change.end in ends)
+        assert ax.get_title("left").endswith("· not told") == (change.end in ends)
         usual = np.median([e.value for _, e in change.earlier]) * 1e6
         (limit,) = [text for text in ax.texts if text.get_text() == "limit: growth by 20 %"]
         assert limit.xy[1] == pytest.approx(1.2 * usual, rel=0.01)
@@ -411,3 +411,40 @@ def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tm
     assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
     assert build_machine_report(machine_history(empty, "b")).note == ""
     assert build_fleet_report(fleet(empty)).note == note.format(4)
+
+
+LONG = "2024-05-11_Auslauf_Größe_7_Versuch_{:02d}_ohne_Öl.tdms"
+
+
+@pytest.mark.parametrize("speeds", [(100.0,), (100.0, 100.0), tuple(10.0 * 1.2**k for k in range(14))])
+def test_long_names_of_records_and_many_speeds_have_room(empty, tmp_path, speeds):
+    """Names aslant stood on the titles below; of eight classes of speed one had the look of another."""
+    for i, speed in enumerate(speeds):
+        raw, machine = files(tmp_path, i)
+        raw = raw.rename(raw.with_name(LONG.format(i)))
+        made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", speed=speed, stress=2e9)
+        empty.add(made, raw, machine)
+    history = machine_history(empty, empty.machines()[0])
+    drawing = machine_courses(history)
+    assert faults(drawing) == []
+    looks = [(line.get_color(), line.get_marker()) for line in drawing.legends[0].get_lines()]
+    assert len(set(looks)) == len(looks) >= len({*speeds})
+    assert faults(stress_history(history.judged[-1].comparison)) == []
+
+
+def test_every_lowest_panel_names_its_drops(comparison, history):
+    """With an odd number of panels the right column had no words below its lowest."""
+    shown = [change for change in comparison.changes if change.trend is not None][:3]
+    whole = shown_courses(history)
+    few = replace(history, courses=tuple(whole[:7]))
+    for drawing in (trends(comparison, shown), machine_courses(few)):
+        panels = [ax for ax in drawing.axes if ax.get_visible()]
+        assert len(panels) % 2
+        assert all(ax.get_xlabel().startswith("drop (2015") for ax in panels[-2:])
+        assert not any(ax.get_xlabel() for ax in panels[:-2])
+
+
+def test_quantities_of_ends_with_long_names_have_room(comparison):
+    """They left the page."""
+    changes = [replace(change, end="Nichtantriebsseite" if change.end else "") for change in comparison.changes]
+    assert faults(differences(replace(comparison, changes=tuple(changes)))) == []

@@ -25,32 +25,41 @@ def short() -> Analysis:
 @pytest.fixture(scope="session")
 def hostile(short: Analysis) -> Analysis:
     """The short record with hostile names in every place that a file gives one."""
-    machine = parse_machine(_renamed(short.machine.model_dump(by_alias=True)))
-    rename = dict(zip(short.machine.ends, machine.ends, strict=True))
-    planes = short.planes
-    assert planes is not None and short.release is not None
-    release = replace(
-        short.release,
-        **{
-            name: {rename[end]: value for end, value in getattr(short.release, name).items()}
-            for name in ("states", "falls")
-        },
-    )
+    renamed = with_ends(short, tuple(f"{HOSTILE}{i}" for i in range(2)), HOSTILE)  # which differ by their last letter
     record = short.record.copy()
     record.attrs = {**record.attrs, "title": HOSTILE, "source_file": f"{HOSTILE}.nc", "drop_time": HOSTILE}
     return replace(
-        short,
-        machine=machine,
+        renamed,
         record=record,
+        checks=tuple(replace(c, channel=HOSTILE, detail=HOSTILE, passed=i > 0) for i, c in enumerate(short.checks)),
+        lines=tuple(replace(line, name=HOSTILE) for line in renamed.lines),
+    )
+
+
+def with_ends(analysis: Analysis, names: tuple[str, ...], title: str) -> Analysis:
+    """Return an analysis of a machine of another name, with other names of its ends."""
+    machine = parse_machine(_renamed(analysis.machine.model_dump(by_alias=True), names, title))
+    rename = dict(zip(analysis.machine.ends, machine.ends, strict=True))
+    planes = analysis.planes
+    assert planes is not None and analysis.release is not None
+    release = replace(
+        analysis.release,
+        **{
+            name: {rename[end]: value for end, value in getattr(analysis.release, name).items()}
+            for name in ("states", "falls")
+        },
+    )
+    return replace(
+        analysis,
+        machine=machine,
         release=release,
         planes=planes.assign_coords(end=[rename[str(end)] for end in planes.end.values]),
-        waterfall=None if short.waterfall is None else _ends_renamed(short.waterfall, rename),
-        tracks=None if short.tracks is None else _ends_renamed(short.tracks, rename),
-        levitation={rename[name]: found for name, found in short.levitation.items()},
-        ends={rename[name]: replace(end, name=rename[name]) for name, end in short.ends.items()},
-        checks=tuple(replace(c, channel=HOSTILE, detail=HOSTILE, passed=i > 0) for i, c in enumerate(short.checks)),
-        lines=tuple(replace(line, name=HOSTILE, end=rename.get(line.end, line.end)) for line in short.lines),
-        whirl={rename[end]: whirl for end, whirl in short.whirl.items()},
+        waterfall=None if analysis.waterfall is None else _ends_renamed(analysis.waterfall, rename),
+        tracks=None if analysis.tracks is None else _ends_renamed(analysis.tracks, rename),
+        levitation={rename[name]: found for name, found in analysis.levitation.items()},
+        ends={rename[name]: replace(end, name=rename[name]) for name, end in analysis.ends.items()},
+        lines=tuple(replace(line, end=rename.get(line.end, line.end)) for line in analysis.lines),
+        whirl={rename[end]: whirl for end, whirl in analysis.whirl.items()},
     )
 
 
@@ -76,15 +85,15 @@ def _ends_renamed(dataset, rename):  # type: ignore[no-untyped-def]
     return dataset.assign_coords(end=[rename[str(end)] for end in np.atleast_1d(dataset.end.values)])
 
 
-def _renamed(data: dict) -> dict:  # type: ignore[type-arg]
-    """The machine with hostile names of itself and of its ends (which differ by their last letter)."""
+def _renamed(data: dict, names: tuple[str, ...], title: str) -> dict:  # type: ignore[type-arg]
+    """The machine with other names of itself and of its ends."""
     data = _without_none(data)
-    ends = {bearing["name"]: f"{HOSTILE}{i}" for i, bearing in enumerate(data["touchdown_bearing"])}
+    ends = {bearing["name"]: name for bearing, name in zip(data["touchdown_bearing"], names, strict=True)}
     for bearing in data["touchdown_bearing"]:
         bearing["name"] = ends[bearing["name"]]
     for probe in data["probe"]:
         probe["end"] = ends[probe["end"]]
-    return {**data, "name": HOSTILE}
+    return {**data, "name": title}
 
 
 def _without_none(value):  # type: ignore[no-untyped-def]

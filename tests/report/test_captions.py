@@ -105,7 +105,8 @@ def test_white_of_a_map_is_told(short: Analysis) -> None:
 
 def test_the_centreline_is_coloured_by_what_its_caption_says(short: Analysis) -> None:
     bare = replace(short, speed_time=np.empty(0), speed_hz=np.empty(0))
-    for analysis, words in ((short, "speed"), (bare, "time")):
+    still = replace(short, speed_hz=np.zeros_like(short.speed_hz))
+    for analysis, words in ((short, "speed"), (bare, "time"), (still, "time")):
         bar = next(ax for ax in centreline(analysis).axes if ax.get_label() == "<colorbar>")
         assert bar.get_ylabel().startswith(words)
         assert f"coloured by the {words}" in _figure(orbit.section(analysis), "centreline").caption

@@ -17,6 +17,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.figures.bode import bode
 from tdbmon.figures.cascade import cascade
 from tdbmon.figures.centreline import centreline
+from tdbmon.figures.coast_down_orders import coast_down_orders
 from tdbmon.figures.filtered_orbit import filtered_orbit
 from tdbmon.figures.first_contact import first_contact
 from tdbmon.figures.full_spectrum import full_spectrum
@@ -25,10 +26,13 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.speed_decay import _binned, speed_decay
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
+from tdbmon.identify.coast_down import CoastDown
+from tdbmon.identify.coast_down_comparison import Resonance
 from tdbmon.report.document import Figure as Drawn
 from tdbmon.report.document import Paragraph
 from tdbmon.report.sections import spectra, tracking
 from tests.figure_checks import assert_readable, faults, figures_of, rendered, texts
+from tests.report.conftest import with_ends
 
 DRAW: dict[str, Callable[[Analysis], Figure]] = {
     "time_history": time_history,
@@ -260,9 +264,10 @@ def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis)
     assert "95 % interval" not in texts(figure)
 
 
-def test_a_dollar_sign_in_a_name_is_a_dollar_sign(hostile: Analysis) -> None:
-    for end in hostile.ends:
-        assert "$" in texts(rendered(orbit_sequence(hostile, end)))
+def test_a_dollar_sign_in_a_name_is_a_dollar_sign(short: Analysis) -> None:
+    dollars = with_ends(short, ("$\\pi$ 1", "$\\pi$ 2"), "dollars")
+    for end in dollars.ends:
+        assert end in texts(rendered(orbit_sequence(dollars, end)))
 
 
 def test_a_spike_survives_the_thinning_of_the_whole_record(coastdown: Analysis) -> None:
@@ -288,3 +293,48 @@ def test_a_rotor_that_never_turned_has_spectra_but_no_cascade(short: Analysis) -
     assert rendered(waterfall(still)).axes
     with pytest.raises(InputError, match="stands still"):
         cascade(still)
+
+
+def test_a_shaft_that_stands_has_no_orders_no_colours_of_its_speed_and_a_standstill(short: Analysis) -> None:
+    """Orders stood in a heap at 0 Hz, speeds reached from -0.1 to 0.1 Hz, and its standstill was not estimated."""
+    assert short.rundown is not None
+    rundown = replace(short.rundown, law=None, standstill_time=Estimate.missing("s", "it stands"))
+    still = replace(short, speed_hz=np.zeros_like(short.speed_hz), rundown=rundown)
+    assert not {"1X", "2X", "3X"} & set(texts(rendered(full_spectrum(still))).split("\n"))
+    drawing = rendered(speed_decay(still))
+    assert "standstill: throughout" in texts(drawing)
+    assert [label.get_text() for label in drawing.axes[0].get_yticklabels()] == ["0"]
+
+
+def test_probes_that_show_nothing_at_all_have_a_dark_waterfall(short: Analysis) -> None:
+    """Its least was above its greatest, and no report was written."""
+    assert short.waterfall is not None
+    silent = short.waterfall.copy(data={"amplitude": np.zeros(short.waterfall.amplitude.shape)})
+    drawing = rendered(waterfall(replace(short, waterfall=silent, lines=())))
+    image = drawing.axes[0].images[0]
+    assert float(np.max(image.norm(image.get_array()))) <= 0
+
+
+def test_spectra_to_a_thousand_hertz_have_room_for_their_numbers(coastdown: Analysis) -> None:
+    drawing = rendered(full_spectrum(replace(coastdown, speed_hz=np.full_like(coastdown.speed_hz, 900.0), lines=())))
+    assert drawing.axes[0].get_xlim()[1] == pytest.approx(1000)
+    assert faults(drawing) == []
+
+
+def test_a_row_of_spectra_without_samples_has_no_scale_of_amplitudes(short: Analysis) -> None:
+    """It had one of 0 to 1 dB."""
+    assert short.planes is not None
+    planes = short.planes.copy(deep=True)
+    planes["displacement"][:, :, 5000:5010] = np.nan
+    drawing = rendered(full_spectrum(replace(short, planes=planes)))
+    empty = [ax for ax in drawing.axes if "samples are missing" in texts(ax)]
+    assert empty and not any(label.get_text() for ax in empty for label in ax.get_yticklabels())
+
+
+def test_orders_that_were_not_tracked_have_no_scale(short: Analysis) -> None:
+    """It had one of 1 to 10 µm."""
+    bare = replace(short, tracks=None)
+    passed = [Resonance(0, 1.0, 30.0, None, None)]
+    for ax in rendered(coast_down_orders(CoastDown(bare, bare, 0.0), passed)).axes:
+        assert "not tracked" in texts(ax)
+        assert not any(label.get_text() for label in ax.get_yticklabels(which="both"))

@@ -12,18 +12,24 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.text import Text
 
+from tdbmon.analysis.phases import Phase
 from tdbmon.analysis.result import Analysis
 from tdbmon.figures.bode import bode
 from tdbmon.figures.cascade import cascade
 from tdbmon.figures.differences import differences
+from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.full_spectrum import full_spectrum
 from tdbmon.figures.gap_map import gap_map
 from tdbmon.figures.orbit_sequence import orbit_sequence
-from tdbmon.figures.style import STYLE, new_figure, say, subplots
+from tdbmon.figures.style import STYLE, clipped, new_figure, say, subplots
 from tdbmon.figures.style import Margins as Room
 from tdbmon.figures.time_history import time_history
 from tdbmon.figures.waterfall import waterfall
-from tests.figure_checks import rendered
+from tdbmon.report import build_report
+from tests.figure_checks import assert_readable, rendered
+from tests.report.conftest import with_ends
+
+LONG_ENDS = ("Nichtantriebsseite", "Antriebsseite")
 
 NAMED = {"waterfall": waterfall, "cascade": cascade, "full_spectrum": full_spectrum, "bode": bode}
 
@@ -81,6 +87,40 @@ def test_nothing_is_written_over_an_orbit_without_a_keyphasor(short: Analysis, c
     assert "no pulses" in late.axes[len(late.axes) - 1].get_title()
     for figure in (without, late):
         assert not any(_names(ax) for ax in figure.axes)
+
+
+@pytest.mark.parametrize("which", ["short", "coastdown"])
+def test_long_names_of_ends_have_room(which: str, request: pytest.FixtureRequest) -> None:
+    """Beside low panels they stood on the neighbours' names, and above narrow ones they left the page."""
+    assert_readable(build_report(with_ends(request.getfixturevalue(which), LONG_ENDS, "Kreiselverdichter")))
+
+
+def test_of_a_long_name_beginning_and_end_are_kept() -> None:
+    assert [clipped(name, 8) for name in LONG_ENDS] == ["Nich…ite", "Antr…ite"]
+    assert clipped("NDE", 8) == "NDE" and clipped("Radiallager A", 2) == "R…"
+
+
+def test_names_of_short_phases_cover_no_others(short: Analysis) -> None:
+    """A name was written where its phase had a fourteenth of the axis, be it wide enough or not."""
+    cuts = (0.0, 0.1, 0.14, 0.18, 0.3, 0.34, 0.5)
+    names = ("levitated", "fall", "fall and contacts", "run-down", "levitated again", "rest")
+    phases = tuple(Phase(*each) for each in zip(names, cuts, cuts[1:], strict=False))
+    drawing = rendered(time_history(replace(short, phases=phases)))
+    shown = [text for text in drawing.axes[0].texts if text.get_text() in names]
+    assert {"levitated", "fall", "run-down", "rest"} <= {text.get_text() for text in shown}
+    boxes = [text.get_window_extent() for text in shown]
+    assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
+
+
+def test_an_interval_of_the_radius_is_drawn_as_wide_as_it_is_to_either_side(short: Analysis) -> None:
+    """Its lower half was taken to be as wide as the upper one."""
+    end = short.ends["NDE"]
+    assert end.gap is not None and end.gap.radius.value is not None
+    value = end.gap.radius.value
+    radius = replace(end.gap.radius, low=value - 4e-6, high=value + 1e-6)
+    one = replace(short, ends={**short.ends, "NDE": replace(end, gap=replace(end.gap, radius=radius))})
+    (band,) = [patch for patch in gap_map(one).axes[2].patches if patch.get_label().startswith("95 %")]
+    assert (band.get_y(), band.get_y() + band.get_height()) == pytest.approx((-4.0, 1.0))
 
 
 @pytest.mark.parametrize("which", ["short", "coastdown"])
@@ -163,3 +203,13 @@ def test_what_changed_much_is_drawn_whole(side: int) -> None:
     for row, value in enumerate(points):
         assert bars[row] == [value - 3, value + 3]
         assert left < value - 3 and value + 3 < right
+
+
+def test_of_long_names_of_records_figures_show_where_they_differ() -> None:
+    long = [f"2024-05-11_Auslauf_Größe_7_Versuch_{k}_ohne_Öl.tdms" for k in (9, 10, 12)]
+    assert short_names(long) == ["…9…", "…10…", "…12…"]
+    assert short_names(["drop_060.nc", "drop_100.nc"]) == ["drop_060", "drop_100"]
+    assert short_names(["2024-05-11 drop.nc", "2023-06-12 drop.nc"]) == ["…24-05-11…", "…23-06-12…"]
+    assert short_names(["only_one_of_that_name.csv"]) == ["…that_name"]
+    assert short_names(["Versuchsreihe.nc", "Versuchsreihe_A.nc"]) == ["…uchsreihe", "…_A"]
+    assert short_names([]) == []

@@ -73,9 +73,10 @@ def _orbits_caption(analysis: Analysis, end: str) -> str:
 
 
 def _centreline_caption(analysis: Analysis, courses: Courses) -> str:
-    from tdbmon.figures.centreline import any_settled
+    from tdbmon.figures.centreline import any_settled, turns
 
-    colour = "speed" if analysis.has_speed else "time, for no speed is known"
+    why = "the shaft stands" if analysis.has_speed else "no speed is known"
+    colour = "speed" if turns(analysis) else f"time, for {why}"
     missing = left_out(analysis, courses, "no clearance circle, or too short a course in it,")
     below = " Below: from settling on, magnified." if any_settled(analysis, courses) else ""
     return (
