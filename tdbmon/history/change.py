@@ -260,8 +260,9 @@ def _compared(
 ) -> Change:
     """Return one feature against the drops before that were `kept`, not yet corrected for the others.
 
-    Where it drifts, `slow` is the probability of their order below which those that are a measure for it are taken along their
-    slope.  Of a step these are the drops before it, which lie on none.
+    Where it drifts, `slow` is the probability of their order below which those that are a measure for it, of the latest sixty,
+    are taken along their slope.  Of a step these are the drops before it, which lie on none; this drop is no part of that: one
+    that stands out would make a slope of them.
     """
     kind, end = KINDS[key[0]], key[1]
     if estimate is None:
@@ -278,8 +279,11 @@ def _compared(
         least = _least(key, estimate, earlier)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         back = None
-        if slow and kept[-_TREND:].sum() > LEAST_JUDGED and order_p(np.append(values[kept], estimate.value)) < slow:
-            kept = np.concatenate([np.zeros_like(kept[:-_TREND]), kept[-_TREND:]])
+        (recent,) = np.nonzero(kept[-_TREND:])
+        recent += max(0, len(kept) - _TREND)
+        course = trend_of([earlier[i][1] for i in recent], [numbers[i] for i in recent]) if slow else None
+        if course is not None and course.p < slow and course.step is None:
+            kept = np.isin(np.arange(len(kept)), recent)
             back = (numbers[-1] - np.array(numbers[:-1], float))[kept]
         difference = compare_value(
             estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative, back=back

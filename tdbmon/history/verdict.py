@@ -14,7 +14,7 @@ from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.matching import doubted_probes
 from tdbmon.history.not_compared import named
 from tdbmon.history.sight import WEAR, Sight, sights
-from tdbmon.quantity import counted, percent, stated_percent, words
+from tdbmon.quantity import counted, percent, short, stated_percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
@@ -143,13 +143,22 @@ def _drift(change: Change, comparison: Comparison) -> str:
     trend = change.trend
     if trend is None or trend.slope.value is None or change.p_drift is None:
         raise ValueError(f"{change.title}: drifts without a trend")
+    clear = f"over {len(change.series)} drops (p = {change.p_drift:.2g}, corrected)"
+    if trend.step is not None:
+        first = comparison.record(change.trend_drops(comparison.entry.id)[trend.step.index])
+        rise = trend.step.after - trend.step.before
+        size = short(Estimate(abs(rise), unit=change.kind.unit), 0.1 * abs(rise))
+        return (
+            f"{change.title}: {'higher' if rise > 0 else 'lower'} by {size} from {first} on, as their order {clear} tells, in a"
+            " step by which this drop alone does not stand out from those before it; may come from:"
+            f" {_causes(change, comparison, rise)}"
+        )
     way, slope = "rises", trend.slope
     if trend.slope.value < 0:
         low, high = (None if end is None else -end for end in (slope.high, slope.low))
         way, slope = "falls", replace(slope, value=-trend.slope.value, low=low, high=high)
     return (
-        f"{change.title}: {way} from drop to drop, by {words(slope)} each over {len(change.series)} drops"
-        f" (p = {change.p_drift:.2g}, corrected), so that no drop stands out from those before it; may come from:"
+        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so that no drop stands out from those before it; may come from:"
         f" {_causes(change, comparison, trend.slope.value)}"
     )
 

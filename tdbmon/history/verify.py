@@ -113,8 +113,8 @@ def bring_up_to_date(archive: Archive, create: bool) -> None:
         if lost := rebuild(archive):
             raise InputError(
                 f"{archive.folder}: its catalogue was made anew from the results, without {counted(len(lost), 'file')} that"
-                f" cannot be read ({lost[0].file}): run 'tdbmon archive verify' and add these drops again; other commands go on without"
-                " them"
+                f" cannot be read ({lost[0].file}): run 'tdbmon archive verify' and add these drops again; other commands"
+                " go on without them"
             )
     elif create or not place.exists():
         with catalogue.writing(place):
