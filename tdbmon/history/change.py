@@ -279,11 +279,11 @@ def _compared(
         least = _least(key, estimate, earlier)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         back = None
-        (recent,) = np.nonzero(kept[-_TREND:])
-        recent += max(0, len(kept) - _TREND)
-        course = trend_of([earlier[i][1] for i in recent], [numbers[i] for i in recent]) if slow else None
+        recent = kept & (np.arange(len(kept)) >= len(kept) - _TREND)
+        of_recent = np.flatnonzero(recent).tolist()
+        course = trend_of([earlier[i][1] for i in of_recent], [numbers[i] for i in of_recent]) if slow else None
         if course is not None and course.p < slow and course.step is None:
-            kept = np.isin(np.arange(len(kept)), recent)
+            kept = recent
             back = (numbers[-1] - np.array(numbers[:-1], float))[kept]
         difference = compare_value(
             estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative, back=back

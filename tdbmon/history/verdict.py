@@ -158,8 +158,8 @@ def _drift(change: Change, comparison: Comparison) -> str:
         low, high = (None if end is None else -end for end in (slope.high, slope.low))
         way, slope = "falls", replace(slope, value=-trend.slope.value, low=low, high=high)
     return (
-        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so that no drop stands out from those before it; may come from:"
-        f" {_causes(change, comparison, trend.slope.value)}"
+        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so that no drop stands out from those before"
+        f" it; may come from: {_causes(change, comparison, trend.slope.value)}"
     )
 
 

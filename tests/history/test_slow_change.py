@@ -134,7 +134,7 @@ def test_a_step_that_no_drop_shows_alone_is_told_as_one_and_as_no_rate_a_drop(em
 
 def test_an_even_wear_is_no_step_in_the_middle(empty, tmp_path):
     """The clearest split of a slope lies in its middle: page and figure told the drop there as the one that it began with."""
-    comparison, verdict = worn(empty, tmp_path, 12, 0.015)[-1]
+    comparison, _ = worn(empty, tmp_path, 12, 0.015)[-1]
     gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
     assert gap.trend.change.p < 0.05 and gap.trend.step is None
     (table,) = (b for b in trends.section(comparison).blocks if isinstance(b, Table))

@@ -48,8 +48,9 @@ def section(comparison: Comparison) -> Section | None:
                 "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
                 " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
                 " corrected), where a slope describes the drops no better (Schwarz's criterion). Line, where there is no such"
-                " point: the median slope (Theil, Sen), if Kendall's test sees a trend (p ≤ 5 %, not corrected). The line that says so: the limit of growth of the radius at rest. Grey, at"
-                " the lower edge: not told by this drop.",
+                " point: the median slope (Theil, Sen), if Kendall's test sees a trend (p ≤ 5 %, not corrected)."
+                " The line that says so: the limit of growth of the radius at rest. Grey, at the lower edge: not told by this"
+                " drop.",
                 "For each quantity, its value against the drop.",
                 partial(trends, comparison, shown),
             ),
