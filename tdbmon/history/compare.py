@@ -186,17 +186,18 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
         no_drop=drop.no_drop,
-        remarks=(*_remarks(drop.entry, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
+        remarks=(*_remarks(drop, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
         settings=settings,
     )
 
 
-def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
+def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
     """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
+    entry = drop.entry
     remarks = [
         *clock_remarks(entry, of_machine),
         *assembly_remarks(entry, of_machine),
-        *speed_remarks(entry, of_machine),
+        *speed_remarks(entry, of_machine, next((f.estimate.why for f in drop.features if f.name == "initial_hz"), "")),
     ]
     timeless = [] if not entry.dropped else [e.raw_name for e in of_machine if not e.dropped]
     if timeless:
