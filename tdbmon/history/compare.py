@@ -92,12 +92,18 @@ class Comparison:
         return _least_probable_first(change for change in self.changes if change.noted)
 
     @property
+    def repeated(self) -> tuple[Change, ...]:
+        """The features that are off as they were in drops before, after which they came back."""
+        return tuple(change for change in self.changes if change.as_in)
+
+    @property
     def drifting(self) -> tuple[Change, ...]:
         """The judged features that rise or fall from drop to drop without standing out, the clearest first.
 
         The drops before lie on the same slope, so that none of them differs from those before it.
         """
-        found = [c for c in self.changes if c.drifts and not c.differs and c.trend is not None and c.trend.slope.value]
+        quiet = [c for c in self.changes if c.drifts and not c.differs and not c.as_in]
+        found = [c for c in quiet if c.trend is not None and c.trend.slope.value]
         return tuple(sorted(found, key=lambda change: 1.0 if change.p_drift is None else change.p_drift))
 
     @property
