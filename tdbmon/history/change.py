@@ -185,7 +185,7 @@ def changes_of(
         p, drift = p_of.get(_key(change)), drift_of.get(_key(change))
         n = 0 if change.difference is None else change.difference.before.n
         off = p is not None and p <= level and n >= LEAST_JUDGED
-        as_in = _as_in(change) if off and change.kind.both_ends else ()
+        as_in = _as_in(change) if off and change.kind.two_forms else ()
         changes.append(
             replace(
                 change,
@@ -238,8 +238,9 @@ def _key(change: Change) -> tuple[str, str]:
 def _as_in(change: Change) -> tuple[str, ...]:
     """Return the drops before that were off as far as this one, and after which three at least came back to the others.
 
-    What depends on the impact at the other end has two forms on some sound machines, one of them seldom: with many drops that
-    is known, and the seldom one is no change.  Nothing that is worn comes back, and what is off three times in a row stays so.
+    What depends on how the bounces of both ends fall together has two forms on some sound machines, one of them seldom: with many
+    drops that is known, and the seldom one is no change.  Nothing that is worn comes back, and what is off three times in a row
+    stays so.
     """
     if change.difference is None or change.difference.value == 0:
         return ()

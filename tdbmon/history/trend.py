@@ -31,9 +31,10 @@ class Trend:
     step : ChangePoint or None
         The same where chance seldom parts the drops so and a slope describes them no better: then there is no rate a drop.
     first : float
-        Level at the first drop: before the step, or where the slope begins.
+        Level at the first drop, where the slope begins.
     grown : float or None
-        From the first drop to the last by the step, or along the slope, over that level; None where it is not above zero.
+        From the first drop to the last along the slope, over that level, or by the step over the one before it; None where
+        that is not above zero.
     """
 
     slope: Estimate
@@ -76,10 +77,11 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
         slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
     change = change_point(values)
     step = change if change is not None and change.p <= SEEN and _stepped(values, change, order) else None
-    first, more = float(found.intercept + found.slope * order[0]), float(found.slope * (order[-1] - order[0]))
+    first = float(found.intercept + found.slope * order[0])
+    level, more = first, float(found.slope * (order[-1] - order[0]))
     if step is not None:
-        first, more = step.before, step.after - step.before
-    return Trend(slope, order_p(values), change, step, first, more / first if first > 0 else None)
+        level, more = step.before, step.after - step.before
+    return Trend(slope, order_p(values), change, step, first, more / level if level > 0 else None)
 
 
 def _stepped(values: NDArray[np.float64], change: ChangePoint, order: NDArray[np.float64]) -> bool:
