@@ -75,8 +75,8 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
         not_told(ax, place[current], "o")
     trend, reach = change.trend, len(change.series)
     at, values = at[-reach:], values[-reach:]  # the trend goes over the latest drops alone
-    if trend is not None and trend.change is not None and trend.change.p <= SEEN:
-        point = trend.change
+    if trend is not None and trend.step is not None:
+        point = trend.step
         edge = (at[point.index - 1] + at[point.index]) / 2
         ax.plot([at[0], edge], [point.before * factor] * 2, "--", color=GREY, linewidth=0.9)
         ax.plot([edge, at[-1]], [point.after * factor] * 2, "--", color=GREY, linewidth=0.9)

@@ -25,7 +25,7 @@ from tdbsim.errors import InputError, did_you_mean
 
 from tdbmon.history import catalogue
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.filing import Filing
+from tdbmon.history.filing import Filing, raw_place
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
@@ -185,7 +185,7 @@ class Archive:
             If the record is filed under another machine, another file of the same measurement or a drop of the same instant
             is filed, or the archive cannot be written.
         """
-        raw_place = f"raw/{filing.sha256[:2]}/{filing.sha256}{raw.suffix.lower()}"
+        in_raw = raw_place(filing.sha256, raw.name)
         machine_place = f"machines/{filing.machine_sha256}.toml"
         result_place = f"results/{filing.drop}/{filing.name}"
         with catalogue.writing(self.catalogue) as base:
@@ -193,21 +193,21 @@ class Archive:
             before = catalogue.entries(base, "id = ?", (filing.drop,))
             if before:
                 self.check_same(before[0], filing.sha256, filing.machine, raw)
-                raw_place = before[0].raw
-                # what is added again may be the archive's own copy
-                filing = replace(filing, raw_name=before[0].raw_name)
+                in_raw = before[0].raw
+                # what is added again may be the archive's own copy; it keeps its place among drops without a time
+                filing = replace(filing, raw_name=before[0].raw_name, first=before[0].filed)
             else:
                 self._refuse_twin(base, filing, raw, machine)
             overtaken = bool(before) and _overtaken(base, before[0], filing.version, filing.machine_sha256)
-            if self._whole(base, raw_place, filing.sha256, result_place) and not overtaken:
+            if self._whole(base, in_raw, filing.sha256, result_place) and not overtaken:
                 return "already filed"
             again = base.execute("SELECT filed FROM results WHERE file = ?", (result_place,)).fetchone()
             if again and not overtaken:  # its file was lost or damaged
                 filing = replace(filing, filed=again[0])
-            self._copy(raw, raw_place, filing.sha256)
+            self._copy(raw, in_raw, filing.sha256)
             self._copy(machine, machine_place, filing.machine_sha256)
             put(self.folder, self.folder / result_place, lambda part: _write(part, result_bytes(filing)))
-            catalogue.insert(base, filing, raw_place, result_place, sha256_of(self.folder / result_place))
+            catalogue.insert(base, filing, in_raw, result_place, sha256_of(self.folder / result_place))
         return "analysed again" if before else "filed"
 
     def check_same(self, entry: Entry, sha256: str, machine: str, raw: Path) -> None:

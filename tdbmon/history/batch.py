@@ -14,6 +14,7 @@ from pathlib import Path
 
 from tdbsim.errors import InputError
 
+from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive, Filed
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.filing import Filing, satisfying_names
@@ -159,21 +160,23 @@ def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Pa
 
 def _restated(archive: Archive, entry: Entry, order: Order) -> str:
     """Say that an order states another assembly or time than a drop is filed with; "" where it does not."""
-    other = [
-        f"{name} '{before}', not '{stated}'"
-        for name, before, stated in (
-            ("assembly", entry.assembly, order.assembly),
-            ("time", entry.dropped, order.dropped),
-        )
-        if stated and stated != before
-    ]
+    other = []
+    if order.assembly and order.assembly != entry.assembly:
+        other.append(_not("assembly", entry.assembly, order.assembly))
+    # one instant may be told in two zones
+    if order.dropped and catalogue.seconds(order.dropped) != catalogue.seconds(entry.dropped):
+        other.append(_not("time", entry.dropped, order.dropped))
     if not other:
         return ""
     return (
-        f"{order.record}: is filed already, with the {' and the '.join(other)}; take it out first"
+        f"{order.record}: is filed already, with {' and '.join(other)}; take it out first"
         f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
         + ("" if entry.dropped or order.dropped else " with --dropped TIME, which puts it in its place among the drops")
     )
+
+
+def _not(name: str, before: str, stated: str) -> str:
+    return f"the {name} '{before}', not '{stated}'" if before else f"no {name} stated, not '{stated}'"
 
 
 def _filed(archive: Archive, found: Filing, order: Order) -> Outcome:

@@ -212,6 +212,8 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
         base.execute("SELECT version, filed, forces, file, id FROM results WHERE drop_id = ?", (filing.drop,)),
         key=lambda r: (version_key(r[0]), *r[1:4]),
     )
+    known = base.execute("SELECT filed FROM drops WHERE id = ?", (filing.drop,))
+    first = min([filing.first or filing.filed, *(row[0] for row in known)])
     if best[4] == result or not base.execute("SELECT 1 FROM drops WHERE id = ?", (filing.drop,)).fetchone():
         base.execute(
             "INSERT OR REPLACE INTO drops VALUES (?,?,?,?,?,?,?,?,?,?,?,?,?)",
@@ -220,9 +222,7 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
                 0.0, filing.filed, speed_of(filing.features), filing.synthetic, json.dumps(filing.failed_checks), best[4],
             ),
         )  # fmt: skip
-    dropped, first = base.execute(
-        "SELECT d.dropped, min(r.filed) FROM drops d JOIN results r ON r.drop_id = d.id WHERE d.id = ?", (filing.drop,)
-    ).fetchone()
+    (dropped,) = base.execute("SELECT dropped FROM drops WHERE id = ?", (filing.drop,)).fetchone()
     base.execute("UPDATE drops SET filed = ?, moment = ? WHERE id = ?", (first, moment_of(dropped), filing.drop))
 
 

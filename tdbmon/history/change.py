@@ -19,6 +19,7 @@ from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
 
 _TREND = 60  # of the latest, for a trend
+_NEARER, _ALIKE = 1 / 2, 2 / 3  # of this drop's difference: nearer to the others than to it, and about as far off
 _NONE = np.ones(0, dtype=bool)  # of no drops before
 NO_SUCH = "this drop has no such end"  # why a quantity of earlier drops is missing, which its analysis does not know
 
@@ -44,7 +45,7 @@ class Change:
     p_adjusted : float or None
         Corrected for the number of features looked at: of those that are judged, or of those that are not.
     differs : bool
-        By more than chance.
+        By more than chance, and not `as_in` drops before.
     p_drift : float or None
         Probability of its order over the drops (see `trend`), corrected for the number of judged features; None where it is
         not judged or the drop lacks it.
@@ -52,6 +53,8 @@ class Change:
         It rises or falls from drop to drop by more than chance.
     why : str
         Why there is no difference.
+    as_in : tuple of str
+        Those left out that were off alike, and after which it came back: a form that it has now and then.
     """
 
     kind: FeatureKind
@@ -66,6 +69,7 @@ class Change:
     p_drift: float | None
     drifts: bool
     why: str
+    as_in: tuple[str, ...] = ()
 
     @property
     def flag(self) -> bool:
@@ -180,11 +184,14 @@ def changes_of(
     for change in found:
         p, drift = p_of.get(_key(change)), drift_of.get(_key(change))
         n = 0 if change.difference is None else change.difference.before.n
+        off = p is not None and p <= level and n >= LEAST_JUDGED
+        as_in = _as_in(change) if off and change.kind.two_forms else ()
         changes.append(
             replace(
                 change,
                 p_adjusted=p,
-                differs=p is not None and p <= level and n >= LEAST_JUDGED,
+                differs=off and not as_in,
+                as_in=as_in,
                 p_drift=drift,
                 drifts=drift is not None and drift <= level,
             )
@@ -228,6 +235,27 @@ def _key(change: Change) -> tuple[str, str]:
     return change.kind.name, change.end
 
 
+def _as_in(change: Change) -> tuple[str, ...]:
+    """Return the drops before that were off as far as this one, and after which three at least came back to the others.
+
+    What depends on how the bounces of both ends fall together has two forms on some sound machines, one of them seldom: with many
+    drops that is known, and the seldom one is no change.  Nothing that is worn comes back, and what is off three times in a row
+    stays so.
+    """
+    if change.difference is None or change.difference.value == 0:
+        return ()
+    found, back, row = [], 0, 1
+    for drop, estimate in reversed(change.earlier):
+        share = ((estimate.value or 0.0) - change.difference.before.centre) / change.difference.value
+        if drop not in change.left_out:
+            back += share < _NEARER
+        elif not back:
+            row += 1
+        elif back >= LEAST_JUDGED and _ALIKE < share < 1 / _ALIKE:
+            found.append(drop)
+    return tuple(reversed(found)) if row < LEAST_JUDGED else ()
+
+
 def _order_p(change: Change) -> float | None:
     """Return how probable the order of a feature's values is; None where this drop is none of them."""
     return order_p(np.array([e.value for e in change.series], float)) if change.estimate.known else None
@@ -260,8 +288,9 @@ def _compared(
 ) -> Change:
     """Return one feature against the drops before that were `kept`, not yet corrected for the others.
 
-    Where it drifts, `slow` is the probability of their order below which those that are a measure for it are taken along their
-    slope.  Of a step these are the drops before it, which lie on none.
+    Where it drifts, `slow` is the probability of their order below which those that are a measure for it, of the latest sixty,
+    are taken along their slope.  Of a step these are the drops before it, which lie on none; this drop is no part of that: one
+    that stands out would make a slope of them.
     """
     kind, end = KINDS[key[0]], key[1]
     if estimate is None:
@@ -278,8 +307,11 @@ def _compared(
         least = _least(key, estimate, earlier)
         left_out = tuple(drop for (drop, _), keep in zip(earlier, kept, strict=True) if not keep)
         back = None
-        if slow and kept[-_TREND:].sum() > LEAST_JUDGED and order_p(np.append(values[kept], estimate.value)) < slow:
-            kept = np.concatenate([np.zeros_like(kept[:-_TREND]), kept[-_TREND:]])
+        recent = kept & (np.arange(len(kept)) >= len(kept) - _TREND)
+        of_recent = np.flatnonzero(recent).tolist()
+        course = trend_of([earlier[i][1] for i in of_recent], [numbers[i] for i in of_recent]) if slow else None
+        if course is not None and course.p < slow and course.step is None:
+            kept = recent
             back = (numbers[-1] - np.array(numbers[:-1], float))[kept]
         difference = compare_value(
             estimate.value, estimate.sigma or 0.0, values[kept], sigmas[kept], least, relative=kind.relative, back=back

@@ -57,15 +57,33 @@ def common_step(
     point = None if np.abs(left).max() <= ROUNDING * np.abs(found).max() else change_point(left)
     if point is None or point.p > SEEN:
         return None
-    after = beside_levels((np.arange(len(found)) >= point.index).astype(float), of_level)
+    size = step_size(left, point.index, drops, of_level)
+    if size is None:
+        return None
+    told = Estimate(size, unit=unit, method="least squares, levels apart", why="its place was sought: no interval")
+    return CommonStep(int(drops[point.index]), told, point.p)
+
+
+def step_size(left: Array, index: int, drops: Array, of_level: Array) -> float | None:
+    """Return by how much the levels rise at a step; None where a slope describes the drops better.
+
+    Parameters
+    ----------
+    left : (n,) array
+        Values less the mean of their levels.
+    index : int
+        Of the first drop after the step.
+    drops : (n,) array
+        Numbers of the drops.
+    of_level : (n, k) array
+        Whether each is at each level.
+    """
+    after = beside_levels((np.arange(len(left)) >= index).astype(float), of_level)
     if not after.any():  # it parts the levels themselves: an overhaul
         return None
     size, step = _fit(left, after)
     _, slope = _fit(left, beside_levels(drops, of_level))
-    if step * len(found) ** (1 / len(found)) >= slope:
-        return None
-    told = Estimate(size, unit=unit, method="least squares, levels apart", why="its place was sought: no interval")
-    return CommonStep(int(drops[point.index]), told, point.p)
+    return None if step * len(left) ** (1 / len(left)) >= slope else size
 
 
 def _fit(left: Array, course: Array) -> tuple[float, float]:

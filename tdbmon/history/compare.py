@@ -92,12 +92,18 @@ class Comparison:
         return _least_probable_first(change for change in self.changes if change.noted)
 
     @property
+    def repeated(self) -> tuple[Change, ...]:
+        """The features that are off as they were in drops before, after which they came back."""
+        return tuple(change for change in self.changes if change.as_in)
+
+    @property
     def drifting(self) -> tuple[Change, ...]:
         """The judged features that rise or fall from drop to drop without standing out, the clearest first.
 
         The drops before lie on the same slope, so that none of them differs from those before it.
         """
-        found = [c for c in self.changes if c.drifts and not c.differs and c.trend is not None and c.trend.slope.value]
+        quiet = [c for c in self.changes if c.drifts and not c.differs and not c.as_in]
+        found = [c for c in quiet if c.trend is not None and c.trend.slope.value]
         return tuple(sorted(found, key=lambda change: 1.0 if change.p_drift is None else change.p_drift))
 
     @property
@@ -186,17 +192,18 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
         likeness=likeness(archive, drop.entry, drop.features),
         foreign=drop.foreign,
         no_drop=drop.no_drop,
-        remarks=(*_remarks(drop.entry, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
+        remarks=(*_remarks(drop, of_machine, doubted, other), *_settings_remarks(archive, drop.entry.machine)),
         settings=settings,
     )
 
 
-def _remarks(entry: Entry, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
+def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
     """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
+    entry = drop.entry
     remarks = [
         *clock_remarks(entry, of_machine),
         *assembly_remarks(entry, of_machine),
-        *speed_remarks(entry, of_machine),
+        *speed_remarks(entry, of_machine, next((f.estimate.why for f in drop.features if f.name == "initial_hz"), "")),
     ]
     timeless = [] if not entry.dropped else [e.raw_name for e in of_machine if not e.dropped]
     if timeless:

@@ -153,6 +153,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "p_adjusted": change.p_adjusted,
         "flag": change.flag,
         "noted": change.noted,
+        "as_in": list(change.as_in),
         "detectable": detectable,
         "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
         "trend_p": None if trend is None else trend.p,

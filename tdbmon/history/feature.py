@@ -51,6 +51,8 @@ class FeatureKind:
         What a smaller value may come from, where that is something else; nothing that wears makes a clearance smaller.
     both_ends : bool
         The impact at the other end feeds it or takes from it, so that a change may come from there.
+    two_forms : bool
+        How the bounces of both ends fall together decides it, which gives it a seldom form beside the usual one on some machines.
     carried : bool
         A position that the line through the probes of both ends carries to the bearing, so that one of the other end moves it.
     forces : bool
@@ -67,6 +69,7 @@ class FeatureKind:
     less: str = ""
     relative: bool = False
     both_ends: bool = False
+    two_forms: bool = False
     carried: bool = False
     forces: bool = False
     judged: bool = True
@@ -139,6 +142,7 @@ _KINDS = (
         2.7e-5,
         "stiffness of bearing and support, a worn or opened gap",
         both_ends=True,
+        two_forms=True,
     ),
     FeatureKind(
         "rebound_um",
@@ -147,8 +151,11 @@ _KINDS = (
         2.7e-6,
         "damping of bearing and support",
         both_ends=True,
+        two_forms=True,
     ),
-    FeatureKind("restitution", "Restitution of the first contact", "1", 0.01, "damping", both_ends=True),
+    FeatureKind(
+        "restitution", "Restitution of the first contact", "1", 0.01, "damping", both_ends=True, two_forms=True
+    ),
     FeatureKind(
         "contacts",
         "Contacts before settling",
@@ -157,6 +164,7 @@ _KINDS = (
         "damping, gap or friction",
         relative=True,
         both_ends=True,
+        two_forms=True,
     ),
     FeatureKind(
         "deepest_um",
@@ -287,7 +295,9 @@ _KINDS = (
     FeatureKind("standstill_time_s", "Standstill after the release", "s", 0.005, "drag", relative=True),
     FeatureKind("swing_1_hz", "Lower swing in the clearance", "Hz", 0.02, "gap"),
     FeatureKind("swing_2_hz", "Higher swing in the clearance", "Hz", 0.02, "gap"),
-    FeatureKind("settled_s", "Settled on both rings after", "s", 0.4, "damping, friction", relative=True),
+    FeatureKind(
+        "settled_s", "Settled on both rings after", "s", 0.4, "damping, friction", relative=True, two_forms=True
+    ),
     FeatureKind("levitated_x_um", "Levitated position, x", "um", 1e-6, "set-point, probes", judged=False),
     FeatureKind("levitated_y_um", "Levitated position, y", "um", 1e-6, "set-point, probes", judged=False),
     FeatureKind(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from pathlib import PurePath
 from typing import Any
 
 from tdbmon.history.feature import Feature
@@ -56,6 +57,8 @@ class Filing:
         Quality checks that the record did not pass.
     analysis : dict
         The JSON of `tdbmon analyse`.
+    first : str
+        When the drop was filed first, by an earlier result; "" where this is the first one.
     """
 
     sha256: str
@@ -72,6 +75,7 @@ class Filing:
     stress: tuple[StressBox, ...]
     failed_checks: tuple[str, ...]
     analysis: dict[str, Any]
+    first: str = ""
 
     @property
     def drop(self) -> str:
@@ -101,6 +105,11 @@ class Filing:
     def name(self) -> str:
         """Name of the result file: one for each drop, version, machine file, and with or without forces."""
         return result_name(self.version, self.machine_sha256, self.forces)
+
+
+def raw_place(sha256: str, name: str) -> str:
+    """Return where in an archive the raw file of a record with this name belongs."""
+    return f"raw/{sha256[:2]}/{sha256}{PurePath(name).suffix.lower()}"
 
 
 def result_name(version: str, machine_sha256: str, forces: bool) -> str:

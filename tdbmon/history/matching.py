@@ -128,14 +128,14 @@ def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     ]
 
 
-def speed_remarks(entry: Entry, others: list[Entry]) -> list[str]:
-    """Return that a drop's speed is not known where that of drops before it is."""
+def speed_remarks(entry: Entry, others: list[Entry], why: str) -> list[str]:
+    """Return that a drop's speed is not known, and why, where that of drops before it is."""
     known = [e for e in others if e.speed is not None and e.assembly == entry.assembly and e.order < entry.order]
     if entry.speed is not None or not known:
         return []
     return [
-        f"the speed at the release is not known, so that none of the {len(known)} drops before with a speed is compared: see to"
-        " the speed signal or the keyphasor (tdbmon analyse says what is wrong with them)"
+        f"the speed at the release is not known{f' ({why})' * bool(why)}, so that none of the {len(known)} drops before with a"
+        " speed is compared: tdbmon analyse says what is wrong with the record, its speed signal or its keyphasor"
     ]
 
 

@@ -44,6 +44,7 @@ def result_bytes(filing: Filing) -> bytes:
                 "synthetic": np.int32(filing.synthetic),
                 "failed_checks": json.dumps(filing.failed_checks),
                 "analysis": json.dumps(filing.analysis, allow_nan=False),
+                "first_filed": filing.first,
                 **{name: getattr(filing, name) for name in _TEXTS},
             }
         )
@@ -97,6 +98,7 @@ def read_result(path: Path) -> Filing:
                 stress=tuple(_read_stress(file)),
                 failed_checks=tuple(json.loads(file.failed_checks)),
                 analysis=json.loads(file.analysis),
+                first=str(getattr(file, "first_filed", "")),
             )
     except InputError:
         raise

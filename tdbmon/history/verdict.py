@@ -14,13 +14,14 @@ from tdbmon.history.feature import NO_FORCES
 from tdbmon.history.matching import doubted_probes
 from tdbmon.history.not_compared import named
 from tdbmon.history.sight import WEAR, Sight, sights
-from tdbmon.quantity import counted, percent, stated_percent, words
+from tdbmon.quantity import counted, percent, short, stated_percent, words
 
 Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
 ALARMS: tuple[Word, ...] = ("inspect", "changed", "no drop")  # the worst first
 WORST_FIRST: tuple[Word, ...] = (*ALARMS, "too few drops", "as before")
 _SUSPICIOUS = 0.4  # of all quantities: wear changes a few
+_NAMED = 4  # drops that were off alike
 _BLIND = 0.5  # of the quantities of earlier drops: who tells less is not known to be as before
 
 
@@ -94,8 +95,10 @@ def verdict_of(comparison: Comparison) -> Verdict:
         return Verdict("changed", tuple(changed + remarks), concerns)
     if few:
         return Verdict("too few drops", tuple(few + remarks))
+    repeated = len(comparison.repeated)
+    others = f"{comparison.telling - repeated} other" if repeated else f"{comparison.telling}"
     all_well = (
-        f"none of {comparison.telling} quantities differs from the {n} matching drops before by more than chance"
+        f"none of {others} quantities differs from the {n} matching drops before by more than chance"
         f" (all together {stated_percent(comparison.settings.compare.significance)})"
     )
     if comparison.silent:
@@ -133,24 +136,44 @@ def _dim(sight: Sight) -> str:
 
 
 def beside(comparison: Comparison) -> list[str]:
-    """Say what differs by more than chance and is no matter of the fall (levitation, speed), and what drifts unflagged."""
+    """Say what differs by more than chance but is no matter of the fall (levitation, speed) or was so before, and what drifts."""
     said = [_sentence(change, comparison) for change in comparison.noted]
+    said += [_again(change, comparison) for change in comparison.repeated]
     said += [_drift(change, comparison) for change in comparison.drifting]
     return [f"beside the verdict: {each}" for each in said]
+
+
+def _again(change: Change, comparison: Comparison) -> str:
+    value, way = _off(change)
+    records = [comparison.record(drop) for drop in change.as_in]
+    more = f" and {len(records) - _NAMED} more" if len(records) > _NAMED else ""
+    return (
+        f"{change.title}: {value} {way} what is usual, as in {', '.join(records[-_NAMED:])}{more}, after which it came back: a"
+        " form that it has now and then on this machine"
+    )
 
 
 def _drift(change: Change, comparison: Comparison) -> str:
     trend = change.trend
     if trend is None or trend.slope.value is None or change.p_drift is None:
         raise ValueError(f"{change.title}: drifts without a trend")
+    clear = f"over {len(change.series)} drops (p = {change.p_drift:.2g}, corrected)"
+    if trend.step is not None:
+        first = comparison.record(change.trend_drops(comparison.entry.id)[trend.step.index])
+        rise = trend.step.after - trend.step.before
+        size = short(Estimate(abs(rise), unit=change.kind.unit), 0.1 * abs(rise))
+        return (
+            f"{change.title}: {'higher' if rise > 0 else 'lower'} by {size} from {first} on, as their order {clear} tells, in a"
+            " step by which this drop alone does not stand out from those before it; may come from:"
+            f" {_causes(change, comparison, rise)}"
+        )
     way, slope = "rises", trend.slope
     if trend.slope.value < 0:
         low, high = (None if end is None else -end for end in (slope.high, slope.low))
         way, slope = "falls", replace(slope, value=-trend.slope.value, low=low, high=high)
     return (
-        f"{change.title}: {way} from drop to drop, by {words(slope)} each over {len(change.series)} drops"
-        f" (p = {change.p_drift:.2g}, corrected), so that no drop stands out from those before it; may come from:"
-        f" {_causes(change, comparison, trend.slope.value)}"
+        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so that no drop stands out from those before"
+        f" it; may come from: {_causes(change, comparison, trend.slope.value)}"
     )
 
 
@@ -285,12 +308,7 @@ def _sentence(change: Change, comparison: Comparison) -> str:
     difference = change.difference
     if difference is None or change.p_adjusted is None:
         raise ValueError(f"{change.title}: off without a difference")
-    low, high = difference.low, difference.high
-    size = abs(difference.value)
-    if low is not None and high is not None:
-        low, high = (low, high) if difference.value > 0 else (-high, -low)
-    value = words(Estimate(size, low, high, change.kind.unit))
-    way = "above" if difference.value > 0 else "below"
+    value, way = _off(change)
     n = difference.before.n
     since = comparison.record(change.since)
     some = f"{n} of the {len(change.earlier)}" if change.left_out and not since else f"the {n}"
@@ -300,6 +318,17 @@ def _sentence(change: Change, comparison: Comparison) -> str:
         f"{change.title}: {value} {way} {some} matching drops before{began}"
         f" (p = {change.p_adjusted:.2g}, corrected); may come from: {_causes(change, comparison, difference.value)}"
     )
+
+
+def _off(change: Change) -> tuple[str, str]:
+    """Return in words by how much a change differs, and whether it lies above or below."""
+    found = change.difference
+    if found is None:
+        raise ValueError(f"{change.title}: off without a difference")
+    low, high = found.low, found.high
+    if low is not None and high is not None:
+        low, high = (low, high) if found.value > 0 else (-high, -low)
+    return words(Estimate(abs(found.value), low, high, change.kind.unit)), "above" if found.value > 0 else "below"
 
 
 def _causes(change: Change, comparison: Comparison, way: float) -> str:

@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 from tdbsim.errors import InputError
 
 from tdbmon.history import catalogue
-from tdbmon.history.filing import ID_LENGTH, Filing
+from tdbmon.history.filing import ID_LENGTH, Filing, raw_place
 from tdbmon.history.place import INCOMING, sweep, writable
 from tdbmon.history.result_file import read_result
 from tdbmon.progress import Progress, silent
+from tdbmon.quantity import counted
 from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
@@ -64,7 +65,7 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
     for path in sorted((folder / "results").glob("*/*.nc")):
         file = str(path.relative_to(folder).as_posix())
         if file not in known:
-            faults.append(Fault(file, "not in the catalogue: an add was stopped; repeat it, or rebuild", True))
+            faults.append(_left_out(path, file))
     for path in sorted((folder / "raw").glob("*/*")):
         if str(path.relative_to(folder).as_posix()) not in named:
             file = str(path.relative_to(folder).as_posix())
@@ -91,32 +92,40 @@ def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
             except InputError as error:
                 faults.append(Fault(file, str(error)))
                 continue
-            raw = raw_of(folder, filing)
-            if raw is None:
-                faults.append(Fault(file, f"its raw file {filing.sha256} is missing; add the record again"))
-                continue
-            catalogue.insert(base, filing, raw, file, sha256_of(path))
+            catalogue.insert(base, filing, raw_of(folder, filing), file, sha256_of(path))
     return faults
 
 
 def bring_up_to_date(archive: Archive, create: bool) -> None:
-    """Rebuild a catalogue of an older version from the result files, which are what counts."""
+    """Rebuild a catalogue of an older version from the result files, which are what counts.
+
+    Raises
+    ------
+    InputError
+        If results could not be read: their drops are in no comparison from then on.
+    """
     place = archive.catalogue
     version = catalogue.version_of(place)
     has_results = any((archive.folder / "results").glob("*/*.nc"))
     if version >= catalogue.SCHEMA:
         return
     if has_results:
-        rebuild(archive)
+        if lost := rebuild(archive):
+            raise InputError(
+                f"{archive.folder}: its catalogue was made anew from the results, without {counted(len(lost), 'file')} that"
+                f" cannot be read ({lost[0].file}): run 'tdbmon archive verify' and add these drops again; other commands"
+                " go on without them"
+            )
     elif create or not place.exists():
         with catalogue.writing(place):
             pass
 
 
-def raw_of(folder: Path, filing: Filing) -> str | None:
-    """Return where a result's raw file lies; None where it is missing."""
-    found = sorted((folder / "raw" / filing.sha256[:2]).glob(f"{filing.sha256}*"))
-    return str(found[0].relative_to(folder).as_posix()) if found else None
+def raw_of(folder: Path, filing: Filing) -> str:
+    """Return where a result's raw file lies, or belongs where it is missing: the drop's values are known without it."""
+    place = raw_place(filing.sha256, filing.raw_name)
+    found = sorted((folder / place).parent.glob(f"{filing.sha256}*"))
+    return str(found[0].relative_to(folder).as_posix()) if found else place
 
 
 def _set_aside(place: Path) -> None:
@@ -159,6 +168,15 @@ def _checked(folder: Path, file: str, sha256: str, cure: str) -> list[Fault]:
     except OSError as error:
         return [Fault(file, f"cannot be read ({error.strerror}); {cure}")]
     return [Fault(file, f"is not what was filed (its SHA-256 differs); {cure}")]
+
+
+def _left_out(path: Path, file: str) -> Fault:
+    """Return why a result is not in the catalogue: an add was stopped, or no rebuild could read it."""
+    try:
+        read_result(path)
+    except InputError as error:
+        return Fault(file, str(error))
+    return Fault(file, "not in the catalogue: an add was stopped; repeat it, or rebuild", True)
 
 
 def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:

@@ -181,6 +181,54 @@ def test_an_archive_of_an_older_version_is_brought_up_to_date_and_nothing_is_los
     base.close()
 
 
+def test_a_drop_whose_raw_file_is_lost_stays_where_the_catalogue_is_made_anew(empty, tmp_path, monkeypatch):
+    """An update of the program left it out of all comparisons, and said nothing."""
+    made = fill(empty, tmp_path, 3)
+    before = empty.entries()
+    (empty.folder / before[1].raw).unlink()
+    monkeypatch.setattr(catalogue, "SCHEMA", catalogue.SCHEMA + 1)
+    again = open_archive(empty.folder)
+    assert [replace(entry, result=0) for entry in again.entries()] == [replace(entry, result=0) for entry in before]
+    (fault,) = wrong(again)
+    assert fault == f"{before[1].raw}: missing; put the record drop_1.nc back by adding it again"
+    raw, machine = files(tmp_path, 1)
+    assert again.add(made[1], raw, machine) == "analysed again"
+    assert verify(again) == []
+
+
+def test_results_that_cannot_be_read_are_told_where_the_catalogue_is_made_anew(empty, tmp_path, monkeypatch):
+    """Their drops were gone from the history without a word, and `verify` took them for an add that was stopped."""
+    made = fill(empty, tmp_path, 3)
+    (file,) = (empty.folder / "results" / made[1].drop).glob("*.nc")
+    file.write_bytes(b"no result")
+    monkeypatch.setattr(catalogue, "SCHEMA", catalogue.SCHEMA + 1)
+    with pytest.raises(InputError, match=r"without 1 file that cannot be read \(results/.* add these drops again"):
+        open_archive(empty.folder)
+    (fault,) = wrong(open_archive(empty.folder))
+    assert "cannot be read as a result" in fault
+
+
+def test_a_drop_without_a_time_keeps_its_place_where_an_earlier_machine_file_counts_again(empty, tmp_path):
+    """Its first result was overwritten, and with it the time of its first filing: it became the latest of them."""
+    made = []
+    for i in range(2):
+        raw, machine = files(tmp_path, i)
+        made.append(replace(filing(raw, machine, seed=i), filed=f"2026-01-0{i + 1}T00:00:00+00:00"))
+        empty.add(made[i], raw, machine)
+    raw, machine = files(tmp_path, 0)
+    other = tmp_path / "other.toml"
+    other.write_text('name = "made up"\nnote = "another"\n')
+    for number, file in enumerate((other, machine), start=3):
+        again = filing(raw, file, seed=0)
+        assert empty.add(replace(again, filed=f"2026-01-0{number}T00:00:00+00:00"), raw, file) == "analysed again"
+    assert [entry.id for entry in empty.entries()] == [one.drop for one in made]
+    before = empty.entries()
+    assert before[0].filed == "2026-01-01T00:00:00+00:00"
+    assert rebuild(empty) == []
+    assert [replace(entry, result=0) for entry in empty.entries()] == [replace(entry, result=0) for entry in before]
+    assert empty.maker(empty.entries()[0])[1] == made[0].machine_sha256
+
+
 def test_a_drop_that_is_filed_while_the_catalogue_is_made_anew_is_in_it(empty, tmp_path, monkeypatch):
     """Another writer waits for the lock; it did not, and what it filed was lost from the catalogue."""
     fill(empty, tmp_path, 2)

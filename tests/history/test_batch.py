@@ -154,6 +154,10 @@ def test_another_assembly_or_time_of_a_filed_drop_is_refused_with_the_cure(empty
     (outcome,) = add_all(empty, [replace(orders(RECORDS[:1])[0], **words)])
     assert outcome.failed
     assert f"tdbmon archive remove --archive {empty.folder} {first.drop}" in outcome.why
+    assert "''" not in outcome.why  # where nothing was stated
+    # the same instant in another zone is no other time
+    (again,) = add_all(empty, [replace(orders(RECORDS[:1])[0], dropped="2015-05-11T11:00:00+02:00")])
+    assert again.state == "already filed"
     (entry,) = empty.entries()
     assert (entry.assembly, entry.dropped) == ("", "2015-05-11T09:00:00Z")
 

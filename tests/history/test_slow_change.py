@@ -9,10 +9,16 @@ from math import sqrt
 import numpy as np
 import pytest
 
+from tdbmon.estimate import Estimate
 from tdbmon.history.archive import Archive
+from tdbmon.history.change import _compared
 from tdbmon.history.contract import comparison_json
+from tdbmon.history.feature import KINDS
 from tdbmon.history.sight import WEAR, sight
 from tdbmon.history.summary import comparison_lines
+from tdbmon.history.trend import order_p
+from tdbmon.report.document import Table
+from tdbmon.report.sections import trends
 from tests.history.made import add, judged
 
 
@@ -108,6 +114,59 @@ def test_a_step_is_held_against_the_level_before_it(empty, tmp_path):
     assert gap.drifts and gap.flag
     assert gap.difference.before.slope is None and len(gap.left_out) == 15
     assert verdict.word == "changed"
+
+
+def test_a_step_that_no_drop_shows_alone_is_told_as_one_and_as_no_rate_a_drop(empty, tmp_path):
+    """It was told as a wear "from drop to drop", by a median slope that is none of its sizes."""
+    rng = np.random.default_rng(3)
+    for i in range(28):
+        radius = 1 + 0.03 * (i >= 14) + 0.02 * rng.uniform(-1, 1)
+        drop = add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={("gap_um", "NDE"): radius})
+    comparison, verdict = judged(empty, drop)
+    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    assert gap.drifts and not gap.flag
+    assert gap.trend.step.index == 14
+    assert gap.trend.grown == pytest.approx(0.03, abs=0.01)
+    (said,) = (reason for reason in verdict.reasons if "Radius at rest, NDE" in reason)
+    assert re.search(r"NDE: higher by [5-9]\.\d µm from drop_14\.nc on, as their order over 28 drops ", said)
+    assert "from drop to drop" not in said
+
+
+def test_an_even_wear_is_no_step_in_the_middle(empty, tmp_path):
+    """The clearest split of a slope lies in its middle: page and figure told the drop there as the one that it began with."""
+    comparison, _ = worn(empty, tmp_path, 12, 0.015)[-1]
+    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    assert gap.trend.change.p < 0.05 and gap.trend.step is None
+    (table,) = (b for b in trends.section(comparison).blocks if isinstance(b, Table))
+    (row,) = (each for each in table.rows if each.cells[0] == "Radius at rest, NDE")
+    assert row.cells[3] == "–"
+
+
+def test_a_drop_that_stands_out_makes_no_slope_of_those_before_it(empty, tmp_path):
+    """Its own value was one of those that told whether the drops before the step lie on a slope."""
+    level = (
+        np.array([0, 3, -2, 1, 5, -1, 4, 2, 6, 3.5]) * 1e-3
+    )  # rises by no more than chance, and beyond it with a last one
+    steps = [*level, 0.08, 0.083, 0.079, 0.081, 0.082]
+    for i, step in enumerate(steps):
+        drop = add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={("gap_um", "NDE"): 1 + step})
+    comparison, _ = judged(empty, drop)
+    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    assert order_p(level) > 0.05 > order_p(np.append(level, 0.08))
+    assert gap.drifts and gap.flag and len(gap.left_out) == 4
+    assert gap.difference.before.slope is None
+
+
+def test_a_slope_is_that_of_the_latest_sixty_drops(empty, tmp_path):
+    """What the radius did before them decided whether they lie on a slope."""
+    course = np.concatenate([np.linspace(0.05, 0.0, 35), np.linspace(0.0, 0.03, 61)])
+    values = course + 1e-3 * np.random.default_rng(2).standard_normal(len(course))
+    kind, numbers = KINDS["gap_um"], tuple(range(len(values)))
+    earlier = [(f"{i}", Estimate(value, unit=kind.unit)) for i, value in enumerate(values[:-1])]
+    found = _compared(("gap_um", "NDE"), Estimate(values[-1], unit=kind.unit), earlier, numbers, values[:-1] > -1, 0.05)
+    assert order_p(values) > 0.05
+    assert found.difference.before.n == 60
+    assert found.difference.before.slope == pytest.approx(0.0005, rel=0.1)
 
 
 def test_drops_of_an_unchanged_machine_seldom_drift(empty, tmp_path):

@@ -253,3 +253,39 @@ def test_what_fewer_than_three_drops_have_is_not_as_before(empty, tmp_path):
     verdict = judged(empty, empty.entries()[-1].id)[1]
     assert verdict.word == "too few drops"
     assert "no quantity is known of this drop and of 3 drops before" in verdict.reasons[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "end", "told"), [("restitution", "DE", True), ("settled_s", "DE", True), ("gap_um", "DE", False)]
+)
+def test_a_form_that_comes_now_and_then_is_a_change_the_first_time_only(empty, tmp_path, name, end, told):
+    """On a sound machine of many drops it was one each time; what tells wear never comes back, and is always one."""
+    form = 20.0 if name == "settled_s" else 1.15
+    forms = dict.fromkeys((6, 14, 20), form)
+    found = [
+        judged(empty, add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={(name, end): forms.get(i, 1.0)}))
+        for i in range(21)
+    ]
+    assert found[6][1].word == "changed"
+    comparison, verdict = found[20]
+    assert verdict.word == ("as before" if told else "changed")
+    (change,) = (c for c in comparison.changes if (c.kind.name, c.end) == (name, end))
+    assert change.p_adjusted < 0.05
+    assert change.flag == (not told)
+    names = [comparison.record(drop) for drop in change.as_in]
+    assert names == (["drop_6.nc", "drop_14.nc"] if told else [])
+    said = [reason for reason in verdict.reasons if "as in drop_6.nc, drop_14.nc, after which it came back" in reason]
+    assert len(said) == told
+    assert all(each.startswith(f"beside the verdict: {change.title}: ") for each in said)
+
+
+def test_a_form_that_stays_is_a_change_though_it_came_before(empty, tmp_path):
+    """The third drop in a row is one, and any where fewer than three came back since the first."""
+    levels = [1.0] * 7 + [1.15, 1.0, 1.0, 1.15, *[1.0] * 3, *[1.15] * 4]
+    found = []
+    for i, level in enumerate(levels):
+        drop = add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={("restitution", "DE"): level})
+        found.append(judged(empty, drop))
+    words = [verdict.word for _, verdict in found]
+    assert words[7:] == ["changed", *["as before"] * 2, "changed", *["as before"] * 5, *["changed"] * 2]
+    assert [bool(comparison.repeated) for comparison, _ in found[14:]] == [True, True, False, False]

@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.history.change import Change
-from tdbmon.history.change_point import SEEN
 from tdbmon.history.compare import Comparison
 from tdbmon.quantity import words
 from tdbmon.report.document import Figure, Paragraph, Row, Section, Table
@@ -37,9 +36,9 @@ def section(comparison: Comparison) -> Section | None:
         if trend is None:
             continue
         point = "–"
-        if trend.change is not None and trend.change.p <= SEEN:
-            drop = change.trend_drops(comparison.entry.id)[trend.change.index]
-            point = f"from {comparison.record(drop)} on, p = {trend.change.p:.2g}"
+        if trend.step is not None:
+            drop = change.trend_drops(comparison.entry.id)[trend.step.index]
+            point = f"from {comparison.record(drop)} on, p = {trend.step.p:.2g}"
         rows.append(Row((change.title, words(trend.slope), f"{trend.p:.2g}", point)))
     return Section(
         "Trends",
@@ -48,9 +47,10 @@ def section(comparison: Comparison) -> Section | None:
                 "trends",
                 "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
                 " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
-                " corrected). Line, where there is no such point: the median slope (Theil, Sen), if Kendall's test sees a"
-                " trend (p ≤ 5 %, not corrected). The line that says so: the limit of growth of the radius at rest. Grey, at"
-                " the lower edge: not told by this drop.",
+                " corrected), where a slope describes the drops no better (Schwarz's criterion). Line, where there is no such"
+                " point: the median slope (Theil, Sen), if Kendall's test sees a trend (p ≤ 5 %, not corrected)."
+                " The line that says so: the limit of growth of the radius at rest. Grey, at the lower edge: not told by this"
+                " drop.",
                 "For each quantity, its value against the drop.",
                 partial(trends, comparison, shown),
             ),
