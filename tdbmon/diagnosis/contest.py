@@ -189,6 +189,12 @@ class _Contest:
             if proved_beside(best, wider, proof_of(best, wider)):
                 self.others = [*self.others, wider]
 
+    def _begins_to_fail(self) -> bool:
+        """True where one cause leaves a little more than noise for the first time: later on values make up for a second one."""
+        best = self.best
+        begins = best.fails and len(best.causes) == 1 and self.stages.sound < self.horizon < self.search.last
+        return begins and self.ways.untried(Way.FURTHER, best.name)
+
     def _settle_plain(self) -> None:
         """Fit the plain model as far as the others, where it had been left behind."""
         if self.plain.horizon < self.horizon:
@@ -212,7 +218,7 @@ class _Contest:
             self._exchange()
         if came.causes and self._met_by_another_kind(came):
             self.plain, self.others = self.search.compared(self.plain, self.others, horizon)
-        if horizon == self.search.last:
+        if horizon == self.search.last or self._begins_to_fail():
             self._add_what_is_weak()
         searched = self.search.rounds < rounds
         least = min(each.ratio for each in [self.plain, *self.others])

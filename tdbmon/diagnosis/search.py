@@ -52,6 +52,7 @@ _ROUNDS = 5  # times at most that all suspects are fitted
 # of them, kept for further causes: what three did not find a first cause for has none in the catalogue
 _KEPT_FOR_FURTHER = 2
 _FURTHER_TAKES = 0.5  # of what is left beyond noise, that a further cause must take away
+_FURTHER_PROMISES = 0.25  # the same, that its score must promise where little is left
 _FURTHER_TAKES_ROUGHLY = 0.3  # the same before it is fitted from the fall on
 
 
@@ -337,8 +338,11 @@ class Search:
         return best_of_each_name([*near, *self._promised_from_the_fall(best, said, led)])
 
     def weak_beside(self, best: Contender) -> list[Contender]:
-        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes."""
-        return self._more_than_half(best, self._definite(best, _FURTHER_TAKES))
+        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes.
+
+        Scores promise less of it than a fit takes away, since values have made up for it.
+        """
+        return self._more_than_half(best, self._definite(best, _FURTHER_PROMISES))
 
     def _definite(self, best: Contender, share: float = 0.0) -> list[Contender]:
         """Return a contender with each cause that promises a share of what it leaves, fitted from the fall on.

@@ -40,6 +40,7 @@ class Way(Enum):
     EXCHANGED = auto()  # the last cause for another
     LAWS = auto()  # another law of a cause
     STATED = auto()  # what the machine file states without tolerance let free
+    FURTHER = auto()  # one more cause, where little is left
 
 
 @dataclass
