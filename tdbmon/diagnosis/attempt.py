@@ -127,13 +127,16 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
     return turned(problem, start, horizon)
 
 
-def all_from_the_fall(fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]) -> list[Contender]:
+def all_from_the_fall(
+    fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float], most: float = math.inf
+) -> list[Contender]:
     """Return contenders fitted from the fall on, several at a time, each along the horizons up to its own.
 
-    A ball is begun at several sizes: how large it is, a fit that had made up for it by the horizon can hardly tell.
+    Who leaves more than `most`, the misfit of one that must be beaten, on the way already, goes no further.  A ball is begun at
+    several sizes: how large it is, a fit that had made up for it by the horizon can hardly tell.
     """
     begun = [(each, start) for each in contenders for start in (each, *_balls(each))]
-    tasks = [(fallen, start, [h for h in horizons if h <= each.horizon]) for each, start in begun]
+    tasks = [(fallen, start, [h for h in horizons if h <= each.horizon], most) for each, start in begun]
     found = fallen.problem.crew.apart(from_the_fall_or_none, tasks)
     best: dict[int, Contender] = {}
     for (each, _), new in zip(begun, found, strict=True):
@@ -158,15 +161,17 @@ def _balls(contender: Contender) -> list[Contender]:
     ]
 
 
-def from_the_fall_or_none(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender | None:
+def from_the_fall_or_none(
+    fallen: Contender, fitted: Contender, horizons: Sequence[float], most: float = math.inf
+) -> Contender | None:
     """Return `from_the_fall`; None where it cannot be simulated."""
     try:
-        return from_the_fall(fallen, fitted, horizons)
+        return from_the_fall(fallen, fitted, horizons, most)
     except InputError:
         return None
 
 
-def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float]) -> Contender:
+def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float], most: float = math.inf) -> Contender:
     """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
 
     By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in
@@ -179,7 +184,7 @@ def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float
             anew = with_cause(anew, cause, start)
         for horizon in horizons:
             anew = settled(anew, horizon, SLOPES)
-            if anew.ratio > _ASTRAY * settled_here.ratio:
+            if anew.ratio > _ASTRAY * settled_here.ratio or anew.misfit > most:
                 return settled_here
     except InputError:
         return settled_here
@@ -260,18 +265,25 @@ def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Se
     return found
 
 
-def followed_on(contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES) -> list[Contender]:
-    """Return those contenders that can be simulated, fitted along horizons with slopes taken so many times, several at a time."""
+def followed_on(
+    contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES, most: float = math.inf
+) -> list[Contender]:
+    """Return those contenders that can be simulated, fitted along horizons with slopes taken so many times, several at a time.
+
+    Who leaves more than `most`, the misfit of one that must be beaten, is none of them.
+    """
     if not contenders or not horizons:
         return list(contenders)
-    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes) for each in contenders])
+    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes, most) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int) -> Contender | None:
+def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int, most: float) -> Contender | None:
     try:
         for horizon in horizons:
             contender = settled(contender, horizon, slopes)
+            if contender.misfit > most:  # more readings leave no less
+                return None
     except InputError:
         return None
     return contender

@@ -132,7 +132,7 @@ def _in_place_of(
         others = [with_cause(bare, *each) for each in begun]
     except InputError:
         return best
-    return min([best, *all_from_the_fall(fallen, others, horizons)], key=lambda each: each.misfit)
+    return min([best, *all_from_the_fall(fallen, others, horizons, best.misfit)], key=lambda each: each.misfit)
 
 
 def of_any_kind(

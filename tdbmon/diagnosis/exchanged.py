@@ -34,4 +34,4 @@ def exchanged(
     *stay, _ = zip(failing.causes, failing.starts(), strict=True)
     begun = at_usual_size(fallen, stay, others, horizons)
     on = [h for h in horizons if fallen.problem.stages.touched < h <= failing.horizon]
-    return min([failing, *followed_on(begun[:_SEATED], on)], key=lambda each: each.bic)
+    return min([failing, *followed_on(begun[:_SEATED], on, most=failing.misfit)], key=lambda each: each.bic)

@@ -309,7 +309,7 @@ class Search:
         ranked = siblings_first(best_of_each_name(fitted))[:seats]
         seated: list[Contender] = []
         for place in range(0, len(ranked), 2):
-            seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons)
+            seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons, _to_beat(best))
             won, rest = min(seated, key=lambda each: each.bic, default=best), ranked[place + 2 :]
             if _explained(best, seated):
                 # what the first contact meets looks alike until the next one
@@ -357,8 +357,14 @@ class Search:
         self, best: Contender, said: Sequence[Score], led: Sequence[Contender] = ()
     ) -> list[Contender]:
         """Return the best contender with each cause that a score promises, and others, fitted from the fall on."""
-        begun = [joined(best, score.suspect, score.start) for score in said]
-        return all_from_the_fall(self.fallen, [*(each for each in begun if each is not None), *led], self.horizons)
+        joining = [joined(best, score.suspect, score.start) for score in said]
+        begun = [*(each for each in joining if each is not None), *led]
+        return all_from_the_fall(self.fallen, begun, self.horizons, _to_beat(best))
+
+
+def _to_beat(best: Contender) -> float:
+    """Return the misfit that one cause more must come below: beside the plain model none."""
+    return best.misfit if best.causes else math.inf
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:
