@@ -38,6 +38,7 @@ _SAME = 1.5  # cells within which two channels show one line
 _ROUND = 3.0  # a direction is named where its circle is so many times the other: an orbit half as wide as long
 _LOBE = 6.0  # cells: main lobe of the window, and what a line moves within it
 _HIDING = 0.3  # of what the order shows there: a constant line so strong hides it
+_ROUNDING = 1e-12  # of a displacement
 _STEADY = 0.3  # of its first third, in the last third: a line that does not decay
 _BESIDE = 0.7  # cells: a sideband is so near to its place in the mean
 _FREQUENCY = ("mean over its windows", "order over its windows, times the speed at its greatest amplitude")
@@ -208,6 +209,9 @@ def _none(planes: xr.Dataset, law: int) -> Spectra:
 
 
 def _spectra_of(signals: np.ndarray, starts: np.ndarray, length: int, cells: int) -> np.ndarray:
+    high, low = np.fmax.reduce(signals, axis=-1), np.fmin.reduce(signals, axis=-1)
+    still = high - low <= _ROUNDING * np.maximum(np.abs(high), np.abs(low))  # rounding would draw lines
+    signals = np.where(still[..., None], 0.0, signals)
     return np.array([[short_time_spectra(s, starts, length, cells, WINDOW) for s in end] for end in signals])
 
 

@@ -268,8 +268,10 @@ class Line:
     Attributes
     ----------
     drop, end : str
-    frequency, order : float
-        Hz and multiples of the rotation; negative where the residual whirls backward.
+    frequency : float
+        Hz; negative where the residual whirls backward.
+    order : float or None
+        The same in multiples of the rotation; None at standstill.
     amplitude, noise : float
         0-pk of the whirling part, and the rms that noise alone would show there, m.
     resolution : float
@@ -279,10 +281,15 @@ class Line:
     drop: str
     end: str
     frequency: float
-    order: float
+    order: float | None
     amplitude: float
     noise: float
     resolution: float
+
+    @property
+    def order_words(self) -> str:
+        """How many times the speed its frequency is, or a dash."""
+        return f"{abs(self.order):.2f}" if self.order is not None else "–"
 
     @property
     def words(self) -> str:
@@ -328,8 +335,9 @@ class Spectrum:
         found = sorted(np.flatnonzero(peak), key=lambda i: -a[i])[:most]
         return [
             Line(
-                self.drop, self.end, float(self.frequency[i]), float(self.frequency[i] / self.speed), float(a[i]),
-                float(self.noise[i]), self.resolution,
+                self.drop, self.end, float(self.frequency[i]),
+                float(self.frequency[i] / self.speed) if self.speed else None, float(a[i]), float(self.noise[i]),
+                self.resolution,
             )
             for i in found
         ]  # fmt: skip

@@ -157,7 +157,8 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
         return None
     if not rows or time[max(until - 1, 0)] - time[0] < _LEAST_S:
         return None
-    whole = [row[:until] for row in rows if np.isfinite(row[:until]).all()]
+    # one value all along draws no line, but rounding would
+    whole = [row[:until] for row in rows if np.isfinite(row[:until]).all() and np.ptp(row[:until]) > 0]
     if not whole:
         return None
     seconds = float(time[until - 1] - time[0]) * until / (until - 1)

@@ -125,6 +125,18 @@ def test_a_whirl_is_found_at_its_order_with_its_amplitude(sense: int, order: flo
     assert not second.lines()
 
 
+def test_a_line_at_standstill_is_of_no_order() -> None:
+    drop = replace(bare(SIGMA), omega=0.0)
+    whirl = 3e-6 * np.exp(2j * np.pi * SPEED * drop.time)
+    first, _ = spectra(
+        replace(drop, measured=drop.simulated + _readings(drop, whirl, np.zeros(COUNT))), drops.machine()
+    )
+    line = first.lines()[0]
+    assert line.frequency == pytest.approx(SPEED, abs=first.resolution / 2)
+    assert line.order is None
+    assert line.order_words == "–"
+
+
 def test_samples_that_a_probe_lacks_change_no_line() -> None:
     """As nought they made a forward whirl smaller, and gave it a backward one: the other probe of the end went on."""
     drop = bare(SIGMA)

@@ -170,3 +170,15 @@ def test_a_shaft_that_lies_already_says_nothing_of_the_speed() -> None:
     ds = assign(read(DATASETS / "coastdown" / "drop_100.nc").isel(time=slice(50_000, 60_000)), machine())
     assert levitated_lines(ds, machine()) is None
     assert not refuted(ds, machine())
+
+
+def test_probes_that_show_one_value_say_nothing_of_the_speed() -> None:
+    """Rounding drew a line at a third of the speed, which was told as three marks and left out."""
+    raw = read(RECORDS[0])
+    for name in PROBES:
+        raw[name] = raw[name].copy(data=np.full(raw[name].shape, 12.5e-6))
+    ds = assign(raw, machine())
+    assert levitated_lines(ds, machine()) is None
+    assert _speed_check(ds).passed
+    assert not refuted(ds, machine())
+    assert analyse(ds, machine()).lines == ()

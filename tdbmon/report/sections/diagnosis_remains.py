@@ -32,7 +32,7 @@ def remains(evidence: Evidence) -> Section:
     lines = _lines(evidence)
     if lines:
         peaks = "; ".join(
-            f"{line.end}, {line.drop}: {line.words} (order {abs(line.order):.2f}), {line.amplitude * 1e6:.2f} µm 0-pk,"
+            f"{line.end}, {line.drop}: {line.words} (order {line.order_words}), {line.amplitude * 1e6:.2f} µm 0-pk,"
             f" {line.amplitude / line.noise:.0f} times"
             " the noise"
             for line in lines

@@ -102,7 +102,7 @@ def _lines(lines: Sequence[Line], resolution: float) -> Table | Paragraph:
                 line.drop,
                 line.end,
                 line.words,
-                f"{abs(line.order):.2f}",
+                line.order_words,
                 f"{line.amplitude * 1e6:.2f} µm",
                 f"{line.amplitude / line.noise:.0f}",
             )
