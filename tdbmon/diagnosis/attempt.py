@@ -11,7 +11,15 @@ from numpy.typing import NDArray
 from tdbsim.effect import Parameter as Declared
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, best_of_each_name, settled, with_cause
+from tdbmon.diagnosis.contender import (
+    FEW_SLOPES,
+    SLOPES,
+    Contender,
+    best_of_each_name,
+    settled,
+    with_cause,
+    with_causes,
+)
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import turn_cages
@@ -179,9 +187,7 @@ def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float
     """
     settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
     try:
-        anew = fallen
-        for cause, start in zip(fitted.causes, fitted.starts(), strict=True):
-            anew = with_cause(anew, cause, start)
+        anew = with_causes(fallen, list(zip(fitted.causes, fitted.starts(), strict=True)))
         for horizon in horizons:
             anew = settled(anew, horizon, SLOPES)
             if anew.ratio > _ASTRAY * settled_here.ratio or anew.misfit > most:
@@ -210,10 +216,7 @@ def roughly_from_the_fall(
     """
     first, *later = horizons
     try:
-        bare = fallen
-        for cause, start in known:
-            bare = with_cause(bare, cause, start)
-        bare = settled(bare, first, SLOPES)
+        bare = settled(with_causes(fallen, known), first, SLOPES)
     except InputError:
         return []
     found = fallen.problem.crew.apart(_roughly_along, [(bare, each, later) for each in further])

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from tdbsim.errors import InputError
 
-from tdbmon.diagnosis.attempt import WAVE_PHASES, all_from_the_fall, followed_on, turned
-from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, without_cause
+from tdbmon.diagnosis.attempt import WAVE_PHASES, followed_on, turned
+from tdbmon.diagnosis.contender import FEW_SLOPES, SLOPES, Contender, settled, with_cause, with_causes
 from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Start, Suspect, alike_at_first_contact, alike_but_for_the_law
@@ -127,12 +128,14 @@ def _in_place_of(
     index: int, fallen: Contender, best: Contender, begun: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
 ) -> Contender:
     """Return a contender, or the best of those fitted from the fall on with one of these in the place of a cause."""
-    try:
-        bare = without_cause(best, index % len(best.causes))
-        others = [with_cause(bare, *each) for each in begun]
-    except InputError:
-        return best
-    return min([best, *all_from_the_fall(fallen, others, horizons, best.misfit)], key=lambda each: each.misfit)
+    stay = list(zip(best.causes, best.starts(), strict=True))
+    del stay[index]
+    others = []
+    for each in begun:
+        with suppress(InputError):
+            others.append(with_causes(fallen, [*stay, each]))
+    on = [h for h in horizons if h <= best.horizon]
+    return min([best, *followed_on(others, on, most=best.misfit)], key=lambda each: each.misfit)
 
 
 def of_any_kind(
@@ -225,10 +228,8 @@ def _to_the_first_contacts(
     if not others or not told:
         return {}
     try:
-        bare = fallen
-        for cause, start in known:
-            bare = with_cause(bare, cause, start)
-        loose, bare = bare, _held(bare)
+        loose = with_causes(fallen, known)
+        bare = _held(loose)
         for horizon in begin:
             bare = settled(bare, horizon, SLOPES)
         drops = len(bare.problem.drops)

@@ -287,6 +287,13 @@ def with_cause(contender: Contender, suspect: Suspect, start: Start) -> Contende
     return replace(contender, causes=causes, problem=wider, fit=found, exact_excess=math.inf)
 
 
+def with_causes(contender: Contender, causes: Sequence[tuple[Suspect, Start]]) -> Contender:
+    """Return `with_cause` for several, one after the other."""
+    for each in causes:
+        contender = with_cause(contender, *each)
+    return contender
+
+
 def eased(contender: Contender) -> Contender:
     """Return a contender whose machine's values may move too that its file states without tolerance.
 
