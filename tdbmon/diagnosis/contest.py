@@ -22,6 +22,7 @@ from tdbmon.diagnosis.contender import (
     FEW_SLOPES,
     HARDLY,
     MOST_CAUSES,
+    NEARLY,
     PLAIN_LEAD,
     SIMPLER,
     SLOPES,
@@ -81,6 +82,7 @@ def contest(
         held.simplify()
         if held.parts_from(early, floor):
             held = early
+    held.settle_laws()
     before = [held.plain, *held.others]
     compared = with_twins(before, held.best, suspects, horizons)
     plain = plain_of(compared)
@@ -148,6 +150,12 @@ class _Contest:
         """Put simpler models in the place of those that need a cause less and leave noise alone just as well."""
         self._settle_plain()
         self.plain, self.others = simplified(self.plain, self.others)
+
+    def settle_laws(self) -> None:
+        """Put another law of a cause in its place, where it leaves less: sizes hang on it."""
+        best = self.best
+        if best.ratio <= NEARLY:
+            self._replace(best, self.ways.by_better_laws(best))
 
     def parts_from(self, early: _Contest, floor: float) -> bool:
         """True where paths with impacts have parted since a contest as it stood earlier, which then counts.

@@ -109,6 +109,15 @@ class WaysOut:
                 best = self.of_any_kind(best, plain)
         return best
 
+    def by_better_laws(self, best: Contender) -> Contender:
+        """Return a model, or the best with causes in contacts by other laws of theirs, which few contacts hardly tell apart."""
+        for cause in best.causes:
+            others = [each for each in self.search.suspects if alike_but_for_the_law(each, cause)]
+            if cause.in_contacts and others and self.untried(Way.LAWS, cause.name, best.name):
+                self.search.progress(f"fitting {cause.words} by other laws")
+                best = by_one_alike(self.search.fallen, best, cause, others, self.search.horizons)
+        return best
+
     def of_any_kind(self, best: Contender, plain: Contender) -> Contender:
         """Return a model, or the best with other waves, lobes or balls of the bearing in the place of its own."""
         cause, search = best.much_fitting, self.search

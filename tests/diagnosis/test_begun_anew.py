@@ -288,7 +288,7 @@ def test_friction_that_falls_at_fast_slip_is_found_from_the_other_law(crew):
     assert stuck.starts()[0].shared["stribeck_speed"] == pytest.approx(3.0, rel=0.05)
     assert alike_but_for_the_law(of["gaussian"], of["exponential"])
     for found in (
-        by_one_alike(fallen, wrong, of["exponential"], [of["gaussian"]], HORIZONS),
+        WaysOut(Search(fallen, everyone, HORIZONS, silent)).by_better_laws(wrong),
         at_other_sizes(fallen, stuck, of["gaussian"], HORIZONS),
     ):
         assert found.causes == (of["gaussian"],)
