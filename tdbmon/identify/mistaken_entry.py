@@ -33,7 +33,10 @@ _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
 _LEAST = 0.5  # squares a residual, that noise leaves at least
-_NUDGE = 0.01  # of an entry, which shows whether it does anything
+_NUDGES = (
+    0.01,
+    1 / _FACTOR - 1,
+)  # of an entry, which show whether it does anything; a gap may only where the shaft touches
 _FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
 
 
@@ -71,13 +74,15 @@ class _Try:
 
     @property
     def moves_in_the_fall(self) -> bool:
-        """True where the entries change what the probes see before a contact; those that cannot be moved may."""
-        moved = self.point.copy()
-        moved[self.first : self.first + len(self.entries)] += _NUDGE
-        before, after = (self.problem.all_residuals(point, STAGES.fall) for point in (self.point, moved))
-        if before is None or after is None:
-            return True
-        return any(bool(np.any(a != b)) for a, b in zip(after, before, strict=True))
+        """True where the entries change what the probes see in the fall; those that cannot be simulated otherwise may."""
+        before = self.problem.all_residuals(self.point, STAGES.fall)
+        for nudge in _NUDGES:
+            moved = self.point.copy()
+            moved[self.first : self.first + len(self.entries)] += nudge
+            after = self.problem.all_residuals(moved, STAGES.fall)
+            if before is None or after is None or any(np.any(a != b) for a, b in zip(after, before, strict=True)):
+                return True
+        return False
 
     def fitted(self, horizon: float) -> _Try:
         found = fit_or_none(self.problem, self.point, horizon, SLOPES)

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from tdbmon.cli import app
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
-from tdbmon.identify.first_fits import few_drops, first_fits
+from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.mistaken_entry import _kinds, mistaken_entry
 from tdbmon.identify.problem import build_problem
@@ -104,6 +104,24 @@ def test_a_decay_is_blamed_for_a_drag_of_another_law_only_until_the_rest_of_the_
     with Crew() as crew:
         told = told_by(build_problem(machine, drops, crew))
     assert (told is not None and "speed_decay_time" in told) == blamed
+
+
+def test_a_gap_stated_too_wide_is_blamed_where_the_fall_ends_earlier_than_simulated(tmp_path):
+    """The measured shafts touch by 5 ms, and simulated ones fall on: there only a much narrower gap changes anything."""
+    case = draw_case(1, kind="none", strong=True)
+    narrow = tuple(bearing._replace(gap=120e-6) for bearing in case.world.truth.bearings)
+    case = replace(case, world=replace(case.world, truth=replace(case.world.truth, bearings=narrow)))
+    machine_file, paths = write_drops(case, simulate(case), tmp_path)
+    machine = load_machine(machine_file)
+    assert machine.touchdown_bearings[0].radial_gap.nominal == pytest.approx(250e-6)
+    drops = measured_drops([read(path) for path in paths[2:]], machine)
+    with Crew() as crew:
+        problem = build_problem(machine, drops, crew)
+        plain = first_fits(few_drops(problem))
+        assert plain[STAGES.fall].ratio > 3  # by itself too much for any entry that does nothing in the fall
+        found = mistaken_entry(problem, plain)
+    assert set(values(found.why, "radial_gap")) == {"NDE", "DE"}
+    assert all(value == pytest.approx(120e-6, rel=0.05) for value in found.wanted.values())
 
 
 def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
