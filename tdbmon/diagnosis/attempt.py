@@ -187,7 +187,7 @@ def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float
     """
     settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
     try:
-        anew = with_causes(fallen, list(zip(fitted.causes, fitted.starts(), strict=True)))
+        anew = with_causes(fallen, fitted.known)
         for horizon in horizons:
             anew = settled(anew, horizon, SLOPES)
             if anew.ratio > _ASTRAY * settled_here.ratio or anew.misfit > most:

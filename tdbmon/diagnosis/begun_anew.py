@@ -128,7 +128,7 @@ def _in_place_of(
     index: int, fallen: Contender, best: Contender, begun: Sequence[tuple[Suspect, Start]], horizons: Sequence[float]
 ) -> Contender:
     """Return a contender, or the best of those fitted from the fall on with one of these in the place of a cause."""
-    stay = list(zip(best.causes, best.starts(), strict=True))
+    stay = best.known
     del stay[index]
     others = []
     for each in begun:
@@ -171,7 +171,7 @@ def of_any_kind(
     others = [s for s in suspects if s is not cause and alike_at_first_contact(s, cause)]
     known = [
         (each, Start(each.usual_values) if afresh and each.many_valued else start)
-        for each, start in zip(best.causes, best.starts(), strict=True)
+        for each, start in best.known
         if each is not cause
     ]
     found = from_the_first_contact(

@@ -149,7 +149,7 @@ class Contender:
     @property
     def negligible(self) -> bool:
         """True where one of its causes is so small that every machine has it."""
-        return any(negligible(cause, start.shared) for cause, start in zip(self.causes, self.starts(), strict=True))
+        return any(negligible(cause, start.shared) for cause, start in self.known)
 
     def starts(self) -> list[Start]:
         """Return the values of its causes, from where another fit may begin."""
@@ -168,6 +168,11 @@ class Contender:
             )
             for free in self.problem.free
         ]
+
+    @property
+    def known(self) -> list[tuple[Suspect, Start]]:
+        """Its causes, each with where it stands."""
+        return list(zip(self.causes, self.starts(), strict=True))
 
     @property
     def fails(self) -> bool:

@@ -31,7 +31,7 @@ def exchanged(
         s; those up to the contender's own are used.
     """
     others = [each for each in suspects if each.name not in failing.effects]
-    *stay, _ = zip(failing.causes, failing.starts(), strict=True)
+    *stay, _ = failing.known
     begun = at_usual_size(fallen, stay, others, horizons)
     on = [h for h in horizons if fallen.problem.stages.touched < h <= failing.horizon]
     return min([failing, *followed_on(begun[:_SEATED], on, most=failing.misfit)], key=lambda each: each.bic)

@@ -243,9 +243,8 @@ class Search:
         if not base.causes:
             self.tried = self.fallen
         others = [each for each in self.suspects if not each.fits_much]
-        known = list(zip(base.causes, base.starts(), strict=True))
         horizons = [h for h in self.horizons if h <= horizon]
-        ranked = at_usual_size(self.fallen, known, others, horizons)[:_SEATED_LATER]
+        ranked = at_usual_size(self.fallen, base.known, others, horizons)[:_SEATED_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
         return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, self.stages.touched)]))
 
@@ -263,11 +262,10 @@ class Search:
             or best.drop_specific
         ):
             return []
-        known = list(zip(best.causes, best.starts(), strict=True))
         others = [each for each in self.suspects if each.fits_much and each.where in at]
         return best_of_each_name(
             from_the_first_contact(
-                self.fallen, known, others, [h for h in self.horizons if h <= horizon], self.first_contact_fits
+                self.fallen, best.known, others, [h for h in self.horizons if h <= horizon], self.first_contact_fits
             )
         )
 
