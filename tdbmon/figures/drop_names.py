@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from itertools import takewhile
 from typing import TYPE_CHECKING
 
+import numpy as np
 from matplotlib.axes import Axes
+from numpy.typing import NDArray
 
 if TYPE_CHECKING:
     from tdbmon.history.catalogue import Entry
@@ -20,16 +22,28 @@ def drop_names(ax: Axes, entries: Sequence[Entry], most: int, flat: int = 0) -> 
     """Name the drops 1, 2, ... along x, at most so many of them and the last one surely; aslant where more than `flat`."""
     every = math.ceil(len(entries) / most)
     places = range(len(entries), 0, -every)[::-1]
-    aslant = len(places) > flat
+    names_along(ax, places, [entries[place - 1].raw_name for place in places], aslant=len(places) > flat)
+    ax.set_xlim(0.4, len(entries) + 0.6)
+
+
+def names_along(ax: Axes, places: Sequence[int], names: Sequence[str], *, aslant: bool) -> None:
+    """Write short names of files at places along x."""
     ax.set_xticks(
         list(places),
-        short_names([entries[place - 1].raw_name for place in places]),
+        short_names(names),
         rotation=40 if aslant else 0,
         ha="right" if aslant else "center",
         rotation_mode="anchor" if aslant else "default",
         fontsize=6,
     )
-    ax.set_xlim(0.4, len(entries) + 0.6)
+
+
+def end_columns(axes: NDArray[np.object_], shown: int, entries: Sequence[Entry]) -> None:
+    """Label the lowest of the shown panels in each column with `drops_label`, and hide those that are left over."""
+    for ax in axes.flat[shown:]:
+        ax.set_visible(False)
+    for ax in axes.flat[max(0, shown - axes.shape[1]) : shown]:
+        ax.set_xlabel(drops_label(entries))
 
 
 def drops_label(entries: Sequence[Entry]) -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.drop_names import drop_names, drops_label
+from tdbmon.figures.drop_names import drop_names, end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -84,10 +84,7 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_title(course.title, fontsize=7)
         ax.set_ylabel(axis_name(KINDS[course.name]))
         drop_names(ax, history.entries, _NAMED)
-    for ax in axes.flat[len(shown) :]:
-        ax.set_visible(False)
-    for ax in axes.flat[max(0, len(shown) - 2) : len(shown)]:
-        ax.set_xlabel(drops_label(history.entries))
+    end_columns(axes, len(shown), history.entries)
     legend_below(figure, _COLUMNS)
     return figure
 

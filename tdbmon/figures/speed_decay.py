@@ -62,13 +62,14 @@ def speed_decay(analysis: Analysis) -> Figure:
     upper.fill_between(at, *spreads, color=SKY, alpha=0.5, linewidth=0, rasterized=True)
     upper.plot(at, means, color=BLUE, label="speed as recorded")
     upper.set_ylabel("speed [Hz]")
-    if not (speed > 0).any():
+    turns = bool((speed > 0).any())
+    if not turns:
         upper.set_yticks([0])
     for ax in lower:
         _law(upper, ax, rundown, at, means)
     figure.axes[-1].set_xlabel("time from the record's first sample [s]")
     _coast_down(upper, rundown)
-    _standstill(upper, rundown, bool((speed > 0).any()))
+    _standstill(upper, rundown, turns)
     legend_below(figure)
     return figure
 

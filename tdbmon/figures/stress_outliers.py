@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from tdbsim.fatigue import STATIC_LIMIT
 
-from tdbmon.figures.drop_names import short_names
+from tdbmon.figures.drop_names import names_along
 from tdbmon.figures.stress_history import limit_line
 from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
@@ -34,14 +34,7 @@ def stress_outliers(drops: Sequence[DropForces]) -> Figure:
         for at, drop in enumerate(drops, start=1):
             _box(ax, at, drop.ends[end].stress)
         ax.set_title(end)
-        ax.set_xticks(
-            range(1, len(drops) + 1),
-            short_names([drop.name for drop in drops]),
-            rotation=40 if many else 0,
-            ha="right" if many else "center",
-            rotation_mode="anchor" if many else "default",
-            fontsize=6,
-        )
+        names_along(ax, range(1, len(drops) + 1), [drop.name for drop in drops], aslant=many)
         ax.set_xlim(0.4, len(drops) + 0.6)
         ax.set_ylim(bottom=0)
     limit_line(list(axes), STATIC_LIMIT)

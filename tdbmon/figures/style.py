@@ -204,7 +204,6 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
 
 def power_ticks(axis: Axis) -> None:
     """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
-
     axis.set_major_locator(LogLocator(10.0))
     axis.set_major_formatter(FuncFormatter(_power))
     name_between(axis)
