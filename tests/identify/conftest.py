@@ -1,13 +1,21 @@
-"""Drops of known values, what is to be fitted to them, and their calibration, made once."""
+"""Drops of known values, what is to be fitted to them, their calibration and the report of one, made once."""
+
+from dataclasses import replace
 
 import pytest
 
+from tdbmon.analysis.analyse import analyse
 from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
+from tdbmon.identify.fitted import FittedDrop
+from tdbmon.identify.forces import forces_of
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stages import Stages
+from tdbmon.report import build_report
+from tdbmon.report.document import Document
 from tests.identify import drops
+from tests.identify.spectral_line import line
 
 
 @pytest.fixture(scope="session")
@@ -28,3 +36,22 @@ def same_model():
 def calibration(same_model):
     machine, records = same_model
     return fit_drops(machine, records, horizons=Stages().calibration[:5])  # in small steps, as it is used
+
+
+@pytest.fixture(scope="session")
+def analysed(same_model):
+    return analyse(same_model[1][0], drops.machine())
+
+
+@pytest.fixture(scope="session")
+def fitted(calibration):
+    first, *others = forces_of(calibration, seconds=0.05, members=8)
+    return FittedDrop(calibration, first, others=tuple(others))
+
+
+@pytest.fixture(scope="session")
+def report(analysed, fitted) -> Document:
+    hz = [float(mode.frequency.value or 0.0) for mode in fitted.natural_frequencies.modes]
+    lines = (line("swing 1", 1.004 * hz[0]), line("2 x swing 1", hz[1]), line("bounce", 0.99 * hz[2]))
+    lines += (line("mains", hz[3], "mains"),)
+    return build_report(replace(analysed, lines=lines), fitted=fitted)
