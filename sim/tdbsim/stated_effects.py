@@ -19,7 +19,7 @@ def parse(text: str) -> Effect:
     """Read an effect as the command line writes it: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
 
     The place is given as ``where=`` or ``end=`` (or by its kind: ``plane=``, ``probe=``); effects of the whole rotor
-    need none.
+    need none.  A value may stand in quotes.
 
     Raises
     ------
@@ -32,6 +32,7 @@ def parse(text: str) -> Effect:
     where = None
     for part in filter(None, (piece.strip() for piece in rest.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
+        value = value.strip("\"'")  # quotes within quotes, or where no shell takes them off
         if not equals or not name or not value:
             raise InputError(f"{identifier}: '{part}' is not of the form name=value, e.g. \"amplitude=20 um\"")
         if name in ("where", "end", "plane", "probe"):

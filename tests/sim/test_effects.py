@@ -236,6 +236,7 @@ def test_parse_reads_what_a_person_writes():
     for text in (
         "oval_clearance:end=NDE,amplitude=20 um,angle=35 deg",
         "oval_clearance: where = NDE , amplitude=0.02 mm,angle=35°",
+        "oval_clearance:end='NDE',amplitude=\"20 um\",angle='35 deg'",
     ):
         oval = parse(text)
         assert isinstance(oval, declaration("oval_clearance").kind)
@@ -267,6 +268,7 @@ def test_parse_reads_what_a_person_writes():
         ("oval_clearance:end=NDE,amplitude=1 um,amplitude=2 um", "amplitude is given twice"),
         ("oval_clearance:end=NDE,amplitude=20", 'amplitude 20 has no unit; write e.g. "20 um"'),
         ("oval_clearance:end=NDE,amplitude", "not of the form"),
+        ('oval_clearance:end=NDE,amplitude=""', "not of the form"),
         ("off_sized_ball:end=NDE,ball=2.5", "whole number"),
         ("race_waviness:end=NDE,race=middle", "not one of inner, outer"),
         ("oval_clearance:end=NDE,amplitude=nan", "not a quantity"),
