@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tdbsim.effect import Effect, EffectDeclaration
-from tdbsim.effect import Parameter as Declared
 
 from tdbmon.identify.parameters import Parameter
 
@@ -81,30 +80,13 @@ class FreeEffect:
 
     def _parameter(self, name: str, value: float) -> Parameter:
         of = self.declared.parameter(name)
-        full, moves = f"{self.name}.{name}", not acts_on_sensors(self.declared)
-        if goes_round(of):
-            return Parameter(
-                full,
-                of.unit,
-                nominal=value,
-                low=value - math.pi,
-                high=value + math.pi,
-                sigma=math.inf,
-                moves=moves,
-                span=_ANGLE_SPAN,
-            )
-        size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
-        sigma = self.known.get(name, math.inf)
-        return Parameter(
-            full,
-            of.unit,
-            nominal=value,
-            low=of.low,
-            high=of.high,
-            sigma=sigma,
-            moves=moves,
-            span=size or abs(of.typical),
-        )
+        full, moves = f"{self.name}.{name}", not self.declared.acts_on_sensors
+        if of.goes_round:
+            low, high, sigma, span = value - math.pi, value + math.pi, math.inf, _ANGLE_SPAN
+        else:
+            size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
+            low, high, sigma, span = of.low, of.high, self.known.get(name, math.inf), size or abs(of.typical)
+        return Parameter(full, of.unit, nominal=value, low=low, high=high, sigma=sigma, moves=moves, span=span)
 
     def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
         """Return the effect with its parameters as a point of the fit has them.
@@ -124,17 +106,6 @@ class FreeEffect:
 def _wrapped(declared: EffectDeclaration, values: Mapping[str, float]) -> dict[str, float]:
     """Return values with angles within half a turn either way."""
     return {
-        name: math.remainder(value, 2 * math.pi) if goes_round(declared.parameter(name)) else value
+        name: math.remainder(value, 2 * math.pi) if declared.parameter(name).goes_round else value
         for name, value in values.items()
     }
-
-
-def goes_round(of: Declared) -> bool:
-    """True for an angle that has no bounds but those of what people write."""
-    return of.si == "rad" and of.high - of.low > 2 * math.pi - 1e-6
-
-
-def acts_on_sensors(declared: EffectDeclaration) -> bool:
-    """True for an effect that changes what is seen of a motion, not the motion."""
-    kind = declared.kind
-    return kind.sense is not Effect.sense and kind.modify is Effect.modify and not kind.slots
