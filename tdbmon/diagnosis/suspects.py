@@ -13,40 +13,23 @@ from tdbsim.effect import Parameter as Declared
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.effect_size import nearer
-from tdbmon.identify.free_effect import FreeEffect, place_in_words
+from tdbmon.identify.free_effect import FreeEffect, PlacedEffect
 
 # of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
 _LOWEST_ORDER, _HIGHEST_ORDER = 2, 6
 
 
 @dataclass(frozen=True, eq=False)
-class Suspect:
-    """An effect at a place, of which nothing is known yet but what words and whole numbers it takes.
+class Suspect(PlacedEffect):
+    """An effect of which nothing is known yet; held are words, whole numbers and what a drop can hardly tell, as they are tried.
 
     Attributes
     ----------
-    declared : EffectDeclaration
-    where : str
-    held : mapping
-        Words, whole numbers and what a drop can hardly tell, as they are tried.
     sizes : tuple of pair
         Parameters that switch the effect on, each with the angle that belongs to it, or None.
     """
 
-    declared: EffectDeclaration
-    where: str
-    held: Mapping[str, float | str]
     sizes: tuple[tuple[Declared, Declared | None], ...]
-
-    @property
-    def name(self) -> str:
-        """Identifier and place, as in results."""
-        return f"{self.declared.identifier}@{self.where}"
-
-    @property
-    def words(self) -> str:
-        """Its effect and place in words."""
-        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def tried_with(self) -> str:

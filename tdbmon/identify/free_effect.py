@@ -19,8 +19,8 @@ def place_in_words(where: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class FreeEffect:
-    """An effect at a place: some parameters held, the others free, for all drops or for each.
+class PlacedEffect:
+    """An effect at a place.
 
     Attributes
     ----------
@@ -28,6 +28,29 @@ class FreeEffect:
     where : str
     held : mapping
         Parameters that stay, SI or a word.
+    """
+
+    declared: EffectDeclaration
+    where: str
+    held: Mapping[str, float | str]
+
+    @property
+    def name(self) -> str:
+        """Identifier and place, as in results."""
+        return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def words(self) -> str:
+        """Effect and place in words."""
+        return f"{self.declared.title} at {place_in_words(self.where)}"
+
+
+@dataclass(frozen=True, eq=False)
+class FreeEffect(PlacedEffect):
+    """An effect whose parameters are free but for those held, for all drops or for each.
+
+    Attributes
+    ----------
     start : mapping
         Where those that all drops share begin, SI.
     each_start : tuple of mapping
@@ -39,23 +62,10 @@ class FreeEffect:
         Standard deviations (SI) of what is known of some shared ones, beside what the fit sees, about where they begin.
     """
 
-    declared: EffectDeclaration
-    where: str
-    held: Mapping[str, float | str]
     start: Mapping[str, float]
     each_start: tuple[Mapping[str, float], ...] = ()
     each_held: tuple[Mapping[str, float], ...] = ()
     known: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Identifier and place."""
-        return f"{self.declared.identifier}@{self.where}"
-
-    @property
-    def words(self) -> str:
-        """Effect and place in words."""
-        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def shared(self) -> tuple[Parameter, ...]:
