@@ -87,7 +87,7 @@ class AnalysisView:
         missing = sum(not f.estimate.known for f in found)
         caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
         if self.fitted is not None:
-            from tdbmon.identify.force_intervals import FORCES_HOLD
+            from tdbmon.identify.model_share import FORCES_HOLD
             from tdbmon.report.sections.forces import hardest
 
             caption += "" if self.fitted.forces.withheld else f". {FORCES_HOLD}"

@@ -172,7 +172,7 @@ def calibration_head(calibration: Calibration, machine_file: Path, remark: str =
         names = ", ".join(each.name for each in calibration.undetermined)
         lines.append(f"Hardly determined by what was fitted: {names}.")
     if calibration.at_bound:
-        names = ", ".join(each.name for each in calibration.at_bound)
+        names = ", ".join(calibration.at_bound)
         lines.append(f"Gone as far as they may, so the truth may lie beyond: {names}.")
     if remark:
         lines.append(remark)

@@ -16,7 +16,7 @@ from tdbsim.stated_effects import all_effects
 from tdbmon.cli import main
 from tdbmon.estimate import Estimate
 from tdbmon.identify import fitted
-from tdbmon.identify.calibration import AtBound, Calibration, DropFit, Undetermined
+from tdbmon.identify.calibration import Calibration, DropFit, Undetermined
 from tdbmon.identify.forces import DropForces
 from tdbmon.identify.parameters import calibrated_machine, machine_parameters
 from tdbmon.machine_file import machine_text, with_effects, write_machine
@@ -249,7 +249,7 @@ def fit_of(machine, values):
         machine=machine,
         calibrated=calibrated_machine(machine, values),
         values={"DE.radial_gap": Estimate.from_sigma(values["DE.radial_gap"], 1e-6, "um", "made up")},
-        at_bound=(AtBound("DE.radial_gap", values["DE.radial_gap"]),),
+        at_bound=("DE.radial_gap",),
         undetermined=(Undetermined("NDE.friction", 0.9, ()),),
         drops=(DropFit("drop_100.nc", 100.0, nothing, ()),),
         horizon=0.1,

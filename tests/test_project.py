@@ -12,7 +12,7 @@ import pytest
 import tdbsim
 
 from tdbmon import effects_page, machine_page
-from tdbmon.identify.force_intervals import FORCES_HOLD
+from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.shipped import shipped
 
 

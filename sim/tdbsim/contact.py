@@ -48,53 +48,57 @@ def touch_shaped(ex, ey, gap, ring_angle, heat, p):  # type: ignore[no-untyped-d
     if distance < 1e-3 * gap:
         return 1.0, 0.0, distance - gap, 0.0
     direction = math.atan2(ey, ex)
-    azimuth = direction
+    bore = distance, direction, gap, ring_angle, heat, p
+    azimuth, depth, swing, lobed = _descended(direction, 0.25 * distance, *bore)
+    if lobed or abs(azimuth - direction) > _FAR:
+        other, deeper, other_swing, _ = _descended(_near_deepest(*bore), 0.0, *bore)
+        if deeper > depth + 1e-12:
+            azimuth, depth, swing = other, deeper, other_swing
+    return math.cos(azimuth), math.sin(azimuth), depth, swing
+
+
+@called
+def _descended(azimuth, least, distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
+    """Return where steps by slopes lead from an azimuth: there the azimuth, the depth and its derivative by the ring's angle.
+
+    Steps are as long as with the least steepness at most; the last value is True where the bore was less steep on the way.
+    """
     lobed = False
     for _ in range(12):
         _, slope, curvature = hooks.gap(azimuth, heat, p)
         _, turning_slope, turning_curvature = hooks.bore(azimuth - ring_angle, p)
         turned = azimuth - direction
         steepness = distance * math.cos(turned) + curvature + turning_curvature
-        lobed = lobed or steepness < 0.25 * distance
-        step = (distance * math.sin(turned) + slope + turning_slope) / max(steepness, 0.25 * distance)
-        azimuth -= step
-        if abs(step) < 1e-10:
-            break
-    value, _, _ = hooks.gap(azimuth, heat, p)
-    turning_value, turning_slope, _ = hooks.bore(azimuth - ring_angle, p)
-    depth = distance * math.cos(azimuth - direction) - (gap + value + turning_value)
-    if lobed or abs(azimuth - direction) > _FAR:
-        other, deeper, other_slope = _deepest(distance, direction, gap, ring_angle, heat, p)
-        if deeper > depth + 1e-12:
-            azimuth, depth, turning_slope = other, deeper, other_slope
-    return math.cos(azimuth), math.sin(azimuth), depth, turning_slope
-
-
-@called
-def _deepest(distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
-    """Return where a rotor touches a bore whose lobes are sharper than itself, sought all along: azimuth, depth, slope.
-
-    There the greatest depth is one of several, and steps that go by slopes end at any of them, or at the least.
-    """
-    azimuth, depth = direction, -math.inf
-    for k in range(-_PLACES, _PLACES + 1):  # a quarter turn to either side, beyond which no bore is met
-        there = direction + 0.5 * math.pi * k / _PLACES
-        value, _, _ = hooks.gap(there, heat, p)
-        turning_value, _, _ = hooks.bore(there - ring_angle, p)
-        reached = distance * math.cos(there - direction) - (gap + value + turning_value)
-        if reached > depth:
-            azimuth, depth = there, reached
-    for _ in range(12):
-        _, slope, curvature = hooks.gap(azimuth, heat, p)
-        _, turning_slope, turning_curvature = hooks.bore(azimuth - ring_angle, p)
-        turned = azimuth - direction
-        steepness = distance * math.cos(turned) + curvature + turning_curvature
+        lobed = lobed or steepness < least
+        steepness = max(steepness, least)
         if not steepness > 0.0:
             break
         step = (distance * math.sin(turned) + slope + turning_slope) / steepness
         azimuth -= step
         if abs(step) < 1e-10:
             break
+    depth, swing = _depth(azimuth, distance, direction, gap, ring_angle, heat, p)
+    return azimuth, depth, swing, lobed
+
+
+@called
+def _near_deepest(distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
+    """Return near which azimuth a rotor goes deepest into a bore whose lobes are sharper than itself, sought all along.
+
+    There the greatest depth is one of several, and steps that go by slopes end at any of them, or at the least.
+    """
+    azimuth, deepest = direction, -math.inf
+    for k in range(-_PLACES, _PLACES + 1):  # a quarter turn to either side, beyond which no bore is met
+        there = direction + 0.5 * math.pi * k / _PLACES
+        depth, _ = _depth(there, distance, direction, gap, ring_angle, heat, p)
+        if depth > deepest:
+            azimuth, deepest = there, depth
+    return azimuth
+
+
+@inlined
+def _depth(azimuth, distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
+    """Return the depth at an azimuth and its derivative by the ring's angle."""
     value, _, _ = hooks.gap(azimuth, heat, p)
     turning_value, turning_slope, _ = hooks.bore(azimuth - ring_angle, p)
-    return azimuth, distance * math.cos(azimuth - direction) - (gap + value + turning_value), turning_slope
+    return distance * math.cos(azimuth - direction) - (gap + value + turning_value), turning_slope

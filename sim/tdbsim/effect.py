@@ -93,6 +93,11 @@ class Parameter:
     held: bool = False
     further: tuple[float, ...] = ()
 
+    @property
+    def goes_round(self) -> bool:
+        """True for an angle that has no bounds but those of what people write."""
+        return self.si == "rad" and self.high - self.low > 2 * math.pi - 1e-6
+
     def text(self, value: float | str) -> str:
         """Return a value as a person writes it, with its unit."""
         if isinstance(value, str):
@@ -230,6 +235,11 @@ class Effect:
         return self.ends(machine) or (self.where,)
 
     @classmethod
+    def stands_still(cls, values: Mapping[str, Any]) -> bool:
+        """True where values, by name, have a choice with which its angle stands still (`fixed_by`)."""
+        return any(values.get(name) == word for name, word in cls.fixed_by.items())
+
+    @classmethod
     def can_act(cls, machine: Machine) -> bool:
         """Return whether the machine has what the effect changes; where it has not, it cannot be what a model lacks."""
         return True
@@ -358,6 +368,12 @@ class EffectDeclaration:
     def parameters(self) -> tuple[Parameter, ...]:
         """All that it declares; the first one switches it off."""
         return self.kind.parameters()
+
+    @property
+    def acts_on_sensors(self) -> bool:
+        """True for an effect that changes what is seen of a motion, not the motion."""
+        kind = self.kind
+        return kind.sense is not Effect.sense and kind.modify is Effect.modify and not kind.slots
 
     def __reduce__(self) -> tuple[object, tuple[str]]:
         """Return how a copy is found in another process: by its name."""

@@ -10,6 +10,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from tdbsim import state_layout
 from tdbsim.channel_names import check_channel_names
@@ -157,6 +158,13 @@ class Trajectory:
     peak_normal: Array
     whirl: Whirl
     warmth: Warmth | None = None
+
+    @property
+    def place(self) -> NDArray[np.complex128]:
+        """Shaft centre at both ends, x + i y from the bearings' centres (2, k), m."""
+        at_end, n = self.model.arrays.at_end, self.model.n
+        x, y = self.state[:, state_layout.modes_x(n)].T, self.state[:, state_layout.modes_y(n)].T
+        return np.asarray(at_end @ x + 1j * (at_end @ y))
 
 
 def simulate(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -68,9 +68,14 @@ def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | Non
 
 def with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
     """Return those contenders that can be simulated, fitted anew."""
+    return _apart(_anew, contenders, horizon)
+
+
+def _apart(work: Callable[..., Contender | None], contenders: Sequence[Contender], *how: object) -> list[Contender]:
+    """Return what some work makes of contenders, several at a time; without those of which it makes nothing."""
     if not contenders:
         return []
-    found = contenders[0].problem.crew.apart(_anew, [(each, horizon) for each in contenders])
+    found = contenders[0].problem.crew.apart(work, [(each, *how) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
@@ -146,11 +151,11 @@ def all_from_the_fall(
     begun = [(each, start) for each in contenders for start in (each, *_balls(each))]
     tasks = [(fallen, start, [h for h in horizons if h <= each.horizon], most) for each, start in begun]
     found = fallen.problem.crew.apart(from_the_fall_or_none, tasks)
-    best: dict[int, Contender] = {}
+    best: dict[Contender, Contender] = {}
     for (each, _), new in zip(begun, found, strict=True):
-        if new is not None and (id(each) not in best or new.misfit < best[id(each)].misfit):
-            best[id(each)] = new.at_home(each, each.causes)
-    return [best[id(each)] for each in contenders if id(each) in best]
+        if new is not None and (each not in best or new.misfit < best[each].misfit):
+            best[each] = new.at_home(each, each.causes)
+    return [best[each] for each in contenders if each in best]
 
 
 def _balls(contender: Contender) -> list[Contender]:
@@ -275,10 +280,7 @@ def followed_on(
 
     Who leaves more than `most`, the misfit of one that must be beaten, is none of them.
     """
-    if not contenders or not horizons:
-        return list(contenders)
-    found = contenders[0].problem.crew.apart(_followed_on, [(each, horizons, slopes, most) for each in contenders])
-    return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
+    return _apart(_followed_on, contenders, horizons, slopes, most) if horizons else list(contenders)
 
 
 def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int, most: float) -> Contender | None:

@@ -335,9 +335,6 @@ def _orders_apart(suspect: Suspect, cause: Suspect) -> float:
 
 def _turned_to_the_load(start: Start, suspect: Suspect, apart: float) -> Start:
     """Return a start whose waves, so many more than before, stand as before where the weight presses."""
-    angles = {
-        angle.name: start.shared[angle.name] + apart * _DOWN
-        for _, angle in suspect.sizes
-        if angle is not None and angle.name in start.shared
-    }
+    known = [angle.name for angle in suspect.angles if angle.name in start.shared]
+    angles = {name: start.shared[name] + apart * _DOWN for name in known}
     return replace(start, shared={**start.shared, **angles})

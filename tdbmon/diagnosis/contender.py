@@ -13,8 +13,7 @@ from tdbmon.diagnosis.effect_size import share_of
 from tdbmon.diagnosis.suspects import Start, Suspect
 from tdbmon.identify.cages import better_cages
 from tdbmon.identify.follow import FAILING
-from tdbmon.identify.free_effect import acts_on_sensors
-from tdbmon.identify.least_squares import Fit, fit, misfit_of
+from tdbmon.identify.least_squares import Fit, as_it_stands, fit
 from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stated_values import with_stated_values
@@ -144,7 +143,7 @@ class Contender:
     @property
     def on_shaft(self) -> bool:
         """True where one of its causes acts on the shaft, and not only on what the probes show of it."""
-        return not all(acts_on_sensors(cause.declared) for cause in self.causes)
+        return not all(cause.declared.acts_on_sensors for cause in self.causes)
 
     @property
     def negligible(self) -> bool:
@@ -323,10 +322,7 @@ def without_cause(contender: Contender, index: int) -> Contender:
         jacobian[:, np.array([p.name not in names for p in (*problem.shared, *problem.own[drop])])]
         for drop, jacobian in enumerate(contender.fit.slopes)
     )
-    residuals = narrower.all_residuals(point, contender.horizon)
-    if residuals is None:
-        raise InputError(f"without {gone.name} the model cannot be simulated")
-    fitted = Fit(point, tuple(residuals), slopes, misfit_of(narrower, residuals, point))
+    fitted = as_it_stands(narrower, point, contender.horizon, slopes)
     causes = tuple(cause for k, cause in enumerate(contender.causes) if k != index)
     return replace(contender, causes=causes, problem=narrower, fit=fitted, exact_excess=math.inf)
 

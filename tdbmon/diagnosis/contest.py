@@ -43,10 +43,10 @@ from tdbmon.diagnosis.twins import with_twins
 from tdbmon.diagnosis.wrong_minimum import LITTLE_EXPLAINED, Way, WaysOut
 from tdbmon.identify.least_squares import fit
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import FLOOR
 from tdbmon.identify.stages import Stages
 from tdbmon.progress import Progress
 
-_HIGHEST_FLOOR = 0.9  # misfit a residual of noise alone: large residuals count less than their square
 _CONTENDERS = 3  # contenders that go on to the next horizon
 _DOUBT = 0.5  # of what it leaves beyond noise itself, by which it must be further ahead
 _BEHIND = 1.5  # times the best ratio: who leaves more does not go on
@@ -70,7 +70,7 @@ def contest(
     """
     fallen = fit(problem, problem.start, horizons[0], SLOPES)
     # an effect may show in the fall already: then the noise is no less than it was before the release
-    floor = min(fallen.ratio, _HIGHEST_FLOOR)
+    floor = min(fallen.ratio, FLOOR)
     plain = Contender((), problem, fallen, horizons[0], floor)
     held = _Contest(Search(plain, suspects, horizons, progress), plain)
     over = held.run_to([horizon for horizon in horizons if horizon <= problem.stages.followed])

@@ -40,11 +40,8 @@ from tdbmon.progress import Progress, silent
 Array = NDArray[np.float64]
 DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
 ALIKE = 0.95  # similarity above which two suspects are not told apart
-CANDIDATES = (
-    0.5,
-    0.75,
-    1.0,
-)  # of the greatest speed given, for one more drop; nobody says that the machine may go faster
+# of the greatest speed given, for one more drop; nobody says that the machine may go faster
+CANDIDATES = (0.5, 0.75, 1.0)
 
 _LEVITATED_S = 0.1
 _PAST_S = 0.008  # simulated beyond what is looked at

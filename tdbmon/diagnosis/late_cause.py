@@ -109,7 +109,7 @@ class LateCause:
 
     @property
     def drops(self) -> range:
-        """Their places."""
+        """Numbers of the drops."""
         return range(len(self.bare.late))
 
     def best(self, drops: Sequence[int]) -> Trial:

@@ -23,7 +23,7 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.least_squares import covariance_of
 from tdbmon.identify.prediction import Path, readings
 from tdbmon.identify.problem import Problem
-from tdbmon.identify.slowing import LAST_S
+from tdbmon.identify.slowing import last_of
 from tdbmon.identify.variants import paths
 
 Array = NDArray[np.float64]
@@ -193,7 +193,7 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     None without a keyphasor or a longer record, or where hardly any of them can be simulated.
     """
     measured = problem.drops[drop]
-    last, length = _last(measured), _window(measured)
+    last, length = last_of(measured), _window(measured)
     begins = horizon + length * np.arange(_windows(measured, horizon))
     if len(begins) < _LEAST_WINDOWS:
         return None
@@ -230,11 +230,6 @@ def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: f
     return LateRecord(measured.name, horizon, middle, names, once, np.array(onces), place, np.array(places))
 
 
-def _last(drop: MeasuredDrop) -> float:
-    """Return up to when the rest of a record is looked at, s after the release."""
-    return min(drop.seconds - 0.002, LAST_S)
-
-
 def _window(drop: MeasuredDrop) -> float:
     return max(_WINDOW_S, _TURNS / drop.speed)
 
@@ -243,7 +238,7 @@ def _windows(drop: MeasuredDrop, horizon: float) -> int:
     """Return how many windows a record has after a horizon; none without a keyphasor."""
     if not _turns_told(drop):
         return 0
-    until = min(_last(drop), float(drop.pulse_times[-1]) - drop.release)
+    until = min(last_of(drop), float(drop.pulse_times[-1]) - drop.release)
     return max(math.floor((until - horizon) / _window(drop) + 1e-9), 0)
 
 

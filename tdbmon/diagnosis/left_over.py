@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from tdbsim import state_layout
 from tdbsim.machine import Machine, Probe
 from tdbsim.observe import FORCES, observed
 from tdbsim.sensors import SensorChain
@@ -17,6 +16,7 @@ from tdbsim.simulate import Trajectory
 
 from tdbmon.analysis.contact_events import NOISE_S
 from tdbmon.diagnosis.contender import Contender
+from tdbmon.identify.drop import straight_shaft
 from tdbmon.identify.noise import Noise
 
 Array = NDArray[np.float64]
@@ -143,13 +143,11 @@ def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
 def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
     problem = contender.problem
     measured, machine = problem.drops[drop], problem.model.machine
-    shared, own = problem.values(contender.fit.point, drop)
-    _, effects = problem.setting(shared, own, drop)
-    axes = seen_along(measured.probes, problem.sensors(effects, shared, own, drop).chain)
+    _, own = problem.values(contender.fit.point, drop)
+    axes = seen_along(measured.probes, problem.variant(contender.fit.point, drop, horizon).sensors.chain)
     found = problem.simulated(contender.fit.point, drop, horizon)
     motion, time = found.prediction.motion, found.since - own["release"]
     force = _forces(motion)
-    n, state, at_end = motion.model.n, motion.state, motion.model.arrays.at_end
     return LeftOver(
         name=measured.name,
         time=time,
@@ -159,7 +157,7 @@ def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
         simulated=found.readings,
         axes=axes,
         to_ends=to_ends(machine, measured.probes, axes),
-        place=at_end @ state[:, state_layout.modes_x(n)].T + 1j * (at_end @ state[:, state_layout.modes_y(n)].T),
+        place=motion.place,
         force=force,
         touch=tuple(_first(time, np.abs(row) > 0) for row in force),
         omega=measured.omega,
@@ -194,10 +192,7 @@ def to_ends(machine: Machine, probes: Sequence[Probe], axes: Complex) -> Complex
     axes : (probes, probes) complex array
         As `seen_along` has it.
     """
-    first, second = (bearing.position for bearing in machine.touchdown_bearings)
-    share = np.array([(probe.position - first) / (second - first) for probe in probes])
-    along = axes @ np.column_stack([1 - share, share])
-    design = np.stack([along.real, -along.imag], axis=2).reshape(len(probes), 4)
+    design = straight_shaft(machine, probes, axes)
     if np.linalg.matrix_rank(design, tol=1e-3) < 4:
         return np.zeros((2, len(probes)), dtype=complex)
     inverse = np.linalg.pinv(design)

@@ -8,7 +8,7 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.stated_exactly import stated_exactly
 from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.free_effect import acts_on_sensors, place_in_words
+from tdbmon.identify.free_effect import place_in_words
 from tdbmon.quantity import decapitalised
 
 # where cables or machine file are wrong, and where the mark moved
@@ -85,9 +85,9 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
                 " the machine file as it is if the cause is gone, else with the extended one",
             ]
         )
-    kinds = {acts_on_sensors(cause.declared) for cause in causes}
+    kinds = {cause.declared.acts_on_sensors for cause in causes}
     if kinds == {True, False}:
-        probes = sorted({cause.where for cause in causes if acts_on_sensors(cause.declared)})
+        probes = sorted({cause.where for cause in causes if cause.declared.acts_on_sensors})
         return (
             f"check {', '.join(probes)} at standstill: move the rotor through the clearance with the magnetic bearings and"
             " compare the probes; it parts faults of sensors from those of the machine"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from tdbmon.diagnosis.contender import EXPLAINED, NEARLY, PLAIN_LEAD, Contender, plain_of
+from tdbmon.diagnosis.contender import EXPLAINED, NEARLY, Contender, plain_of
 from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.twins import sensors_alike
 
@@ -32,7 +32,7 @@ def explains(best: Contender, plain: Contender) -> bool:
     return best.ratio <= EXPLAINED or (best.ratio <= NEARLY and best.leaves_little(plain))
 
 
-def probabilities_of(contenders: Sequence[Contender], lead: float = PLAIN_LEAD) -> tuple[float, ...]:
+def probabilities_of(contenders: Sequence[Contender], lead: float) -> tuple[float, ...]:
     """Return the probability of each contender; what is missing to 1 is for causes outside the catalogue.
 
     Parameters

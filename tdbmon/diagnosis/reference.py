@@ -24,7 +24,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
 from tdbmon.diagnosis.next_test import CHANGED
 from tdbmon.diagnosis.verdict import Kind, Verdict, outside
 from tdbmon.estimate import Estimate
-from tdbmon.identify.parameters import Parameter, entries, machine_parameters, restated_machine
+from tdbmon.identify.parameters import entries, machine_parameters, restated_machine
 from tdbmon.machine_file import with_effects
 from tdbmon.progress import Progress
 from tdbmon.quantity import short, words
@@ -265,7 +265,7 @@ def _apart(machine: Machine, before: Values, since: Values) -> list[tuple[Change
         pair = before[own.name], since[own.name]
         (x, half), (y, other) = map(_value_and_half_width, pair)
         apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
-        inside = not any(_at_edge(own, value) for value in (x, y))  # there a value has no interval
+        inside = not any(own.at_bound(value) for value in (x, y))  # there a value has no interval
         least = CLEARANCE_LEAST if own.name.endswith(".diametral_clearance") else LEAST
         if inside and apart > APART and not _made_up_for(own.name, before, since):
             found.append((apart, (Change(own.name, *pair), abs(y - x), least * own.scale)))
@@ -295,7 +295,7 @@ def _edges(machine: Machine, before: Values, since: Values, changed: Collection[
     found = []
     for own in (each for each in machine_parameters(machine) if each.name not in changed):
         fits = {"reference": before[own.name], "later": since[own.name]}
-        at = [which for which, each in fits.items() if each.value is not None and _at_edge(own, each.value)]
+        at = [which for which, each in fits.items() if each.value is not None and own.at_bound(each.value)]
         if at:
             found.append(f"{own.name} ({' and '.join(at)} drops)")
     if not found:
@@ -304,10 +304,6 @@ def _edges(machine: Machine, before: Values, since: Values, changed: Collection[
         f"{', '.join(found)}: there the fit ran to the edge of the tolerance in the machine file; a wider one would tell whether"
         " it has changed"
     )
-
-
-def _at_edge(own: Parameter, value: float) -> bool:
-    return min(value - own.low, own.high - value) < 1e-6 * own.scale
 
 
 def _value_and_half_width(estimate: Estimate) -> tuple[float, float]:

@@ -23,10 +23,8 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.beside_values import beside_values
 from tdbmon.diagnosis.effect_size import scaled, sized
 from tdbmon.diagnosis.suspects import Start, Suspect
-from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import with_values
-from tdbmon.identify.prediction import planned
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.variants import Variant, changes
 
@@ -136,8 +134,7 @@ def _shares(suspect: Suspect) -> tuple[float, ...]:
     """Return the shares of the typical size that are tried: which ball it is shows at its full size only."""
     if suspect.counted is not None:
         return (*_SIZES, _LARGE)
-    per_drop = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
-    return _SIZES[:1] if per_drop else _SIZES
+    return _SIZES[:1] if any(angle.per_drop for angle in suspect.angles) else _SIZES
 
 
 def _effect(suspect: Suspect, key: tuple[float, ...]) -> Effect:
@@ -163,25 +160,18 @@ def changes_by(
     """Return how each trial of each suspect changes a drop's weighted residuals; None where it cannot be simulated."""
     shared, own = problem.values(point, drop)
     measured, machine = problem.drops[drop], problem.model.machine
-    standing = (*problem.standing, *(each.at(shared, own, drop) for each in problem.free))
-    bare = with_values(problem.model, shared)
-    still = Variant(
-        with_effects(bare, standing) if standing else bare,
-        planned(measured, own, horizon),
-        problem.sensors(standing, shared, own, drop),
-    )
+    still, bare = problem.variant(point, drop, horizon), with_values(problem.model, shared)
     found: list[dict[Key, Array | None]] = []
     tried: list[tuple[dict[Key, Array | None], Key, Variant]] = []
     for suspect in suspects:
         found.append({})
-        on_sensors = acts_on_sensors(suspect.declared)
         for key in keys(suspect):
             if suspect.counted and key[3] > machine.bearing(suspect.where).balls.count:
                 continue
             found[-1][key] = None
-            effects = (*standing, _effect(suspect, key))
+            effects = (*still.model.effects, _effect(suspect, key))
             try:
-                model = still.model if on_sensors else with_effects(bare, effects)
+                model = still.model if suspect.declared.acts_on_sensors else with_effects(bare, effects)
                 sensors = problem.sensors(effects, shared, own, drop)
             except InputError:
                 continue
@@ -207,7 +197,7 @@ def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score |
 def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
     if suspect.counted is not None or suspect.turning:
         return _chosen(bench, suspect, trials, share)
-    apart = any(angle is not None and angle.per_drop for _, angle in suspect.sizes)
+    apart = any(angle.per_drop for angle in suspect.angles)
     parts = [(float(s), float(q)) for s, (_, angle) in enumerate(suspect.sizes) for q in (QUARTER if angle else (0,))]
     columns: list[dict[int, Array]] = []
     for s, q in parts:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from itertools import combinations
 
-from tdbsim.effect import Place
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.contender import (
@@ -18,7 +17,7 @@ from tdbmon.diagnosis.contender import (
     without_cause,
     without_each,
 )
-from tdbmon.diagnosis.suspects import Start, Suspect
+from tdbmon.diagnosis.suspects import Start, may_act_at_both_ends
 
 HOPELESS = 2.0  # misfit a residual, from which on a model that another halves is hopeless
 _MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
@@ -55,7 +54,7 @@ def at_both_ends(best: Contender) -> list[Contender]:
     """
     found = []
     for (first, one), (second, other) in combinations(enumerate(best.causes), 2):
-        if not _same_but_for_the_end(one, other):
+        if not may_act_at_both_ends(one, other):
             continue
         mine, yours = (best.starts()[index].shared for index in (first, second))
         angles = {angle.name for angle in one.angles}
@@ -66,16 +65,6 @@ def at_both_ends(best: Contender) -> list[Contender]:
         except InputError:
             continue
     return found
-
-
-def _same_but_for_the_end(one: Suspect, other: Suspect) -> bool:
-    declared = one.declared
-    return (
-        declared is other.declared
-        and declared.place is Place.BEARING_OR_BOTH
-        and one.held == other.held
-        and "both" not in (one.where, other.where)
-    )
 
 
 def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool:

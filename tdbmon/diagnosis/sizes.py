@@ -12,7 +12,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.estimate import Z95, Estimate
-from tdbmon.identify.free_effect import FreeEffect, acts_on_sensors, goes_round
+from tdbmon.identify.free_effect import FreeEffect
 from tdbmon.identify.least_squares import covariance_of, linearised
 from tdbmon.identify.parameters import machine_parameters
 from tdbmon.identify.problem import Problem
@@ -64,7 +64,7 @@ def sizes_of(
         f"{free.name}.{of.name}": 2 * math.pi / of.harmonic
         for free in problem.free
         for of in free.declared.parameters
-        if goes_round(of)
+        if of.goes_round
     }
     sigmas = _sigmas(contender)
     for name, value in values.items():
@@ -118,12 +118,12 @@ def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float
     """Return how far inexact laws put values of causes off, SI, standard deviations; not angles, nor sensors' errors."""
     out = {}
     for free in problem.free:
-        if acts_on_sensors(free.declared):
+        if free.declared.acts_on_sensors:
             continue
         for p in free.shared:
             of = free.declared.parameter(p.name.rpartition(".")[2])
             off = 0.0 if off_when_stiff(of) else off_of(of)
-            if not goes_round(of):
+            if not of.goes_round:
                 out[p.name] = _LAW * abs(values[p.name] - off)
     return out
 
@@ -145,4 +145,4 @@ def _add_stated(sigmas: dict[str, float], values: Mapping[str, float], problem: 
 def _turned(free: FreeEffect, name: str, value: float) -> float:
     """Return an angle within half of its period either way, other values as they are."""
     of = free.declared.parameter(name.rpartition(".")[2])
-    return math.remainder(value, 2 * math.pi / of.harmonic) if goes_round(of) else value
+    return math.remainder(value, 2 * math.pi / of.harmonic) if of.goes_round else value

@@ -30,5 +30,5 @@ def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 
 
 def _at_own_angle(effect: Effect) -> bool:
-    fixed = any(getattr(effect, name) == word for name, word in effect.fixed_by.items())
-    return not fixed and any(each.per_drop and not each.whole for each in effect.parameters())
+    turns = any(each.per_drop and not each.whole for each in effect.parameters())
+    return turns and not effect.stands_still(vars(effect))

@@ -13,40 +13,23 @@ from tdbsim.effect import Parameter as Declared
 from tdbsim.machine import Machine, Probe
 
 from tdbmon.diagnosis.effect_size import nearer
-from tdbmon.identify.free_effect import FreeEffect, goes_round, place_in_words
+from tdbmon.identify.free_effect import FreeEffect, PlacedEffect
 
 # of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
 _LOWEST_ORDER, _HIGHEST_ORDER = 2, 6
 
 
 @dataclass(frozen=True, eq=False)
-class Suspect:
-    """An effect at a place, of which nothing is known yet but what words and whole numbers it takes.
+class Suspect(PlacedEffect):
+    """An effect of which nothing is known yet; held are words, whole numbers and what a drop can hardly tell, as they are tried.
 
     Attributes
     ----------
-    declared : EffectDeclaration
-    where : str
-    held : mapping
-        Words, whole numbers and what a drop can hardly tell, as they are tried.
     sizes : tuple of pair
         Parameters that switch the effect on, each with the angle that belongs to it, or None.
     """
 
-    declared: EffectDeclaration
-    where: str
-    held: Mapping[str, float | str]
     sizes: tuple[tuple[Declared, Declared | None], ...]
-
-    @property
-    def name(self) -> str:
-        """Identifier and place, as in results."""
-        return f"{self.declared.identifier}@{self.where}"
-
-    @property
-    def words(self) -> str:
-        """Its effect and place in words."""
-        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def tried_with(self) -> str:
@@ -165,8 +148,17 @@ def alike_at_first_contact(one: Suspect, other: Suspect) -> bool:
 
 def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
     """True for one effect at an end and at both: the end that shows it hardly tells."""
-    same = one.declared.identifier == other.declared.identifier and one.held == other.held
-    return same and one.where != other.where and "both" in (one.where, other.where)
+    return _alike_elsewhere(one, other) and "both" in (one.where, other.where)
+
+
+def may_act_at_both_ends(one: Suspect, other: Suspect) -> bool:
+    """True for one effect at either end, of which there is one that acts at both ends alike."""
+    either = _alike_elsewhere(one, other) and "both" not in (one.where, other.where)
+    return either and one.declared.place is Place.BEARING_OR_BOTH
+
+
+def _alike_elsewhere(one: Suspect, other: Suspect) -> bool:
+    return one.declared is other.declared and one.held == other.held and one.where != other.where
 
 
 def alike_but_for_the_law(one: Suspect, other: Suspect) -> bool:
@@ -230,13 +222,12 @@ def _sizes(
     declared: EffectDeclaration, held: Mapping[str, float | str]
 ) -> tuple[tuple[Declared, Declared | None], ...]:
     """Return the parameters that switch an effect on, each with the angle that follows it."""
-    fixed = any(held.get(name) == word for name, word in declared.kind.fixed_by.items())
-    parameters = declared.parameters
+    fixed, parameters = declared.kind.stands_still(held), declared.parameters
     sizes: list[tuple[Declared, Declared | None]] = []
     last = parameters[0]
     for p in parameters:
-        if p.off == 0.0 and not goes_round(p):
+        if p.off == 0.0 and not p.goes_round:
             last = p
-        elif goes_round(p):
+        elif p.goes_round:
             sizes.append((last, replace(p, per_drop=p.per_drop and not fixed)))
     return tuple(sizes) or ((parameters[0], None),)

@@ -18,7 +18,6 @@ from tdbmon.diagnosis.attempt import followed_on
 from tdbmon.diagnosis.contender import FEW_SLOPES, NEARLY, Contender, settled, with_cause, without_cause
 from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect, alike_at_other_ends
-from tdbmon.identify.free_effect import acts_on_sensors
 from tdbmon.identify.own_paths import better_paths
 
 _LIKE = 0.9  # of what a cause promises, that another must promise in its place
@@ -41,7 +40,7 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             continue
         try:
             bare = without_cause(best, index)
-            if acts_on_sensors(cause.declared):
+            if cause.declared.acts_on_sensors:
                 found += _promising(bare, cause, others, best.horizon)
             else:
                 # the values of the ends' machines are other ones then, so it begins where paths have hardly parted
@@ -66,8 +65,8 @@ def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horiz
 
 
 def _alike(one: Suspect, other: Suspect) -> bool:
-    if acts_on_sensors(other.declared):
-        return acts_on_sensors(one.declared)
+    if other.declared.acts_on_sensors:
+        return one.declared.acts_on_sensors
     return alike_at_other_ends(one, other)
 
 
@@ -80,7 +79,7 @@ def sensors_alike(one: Contender, other: Contender) -> bool:
     end_of = {probe.name: probe.end for probe in one.problem.model.machine.probes}
     causes = [cause for each in apart for cause in each]
     one_end = len({end_of.get(cause.where, cause.where) for cause in causes}) == 1
-    return one_end and all(acts_on_sensors(cause.declared) for cause in causes)
+    return one_end and all(cause.declared.acts_on_sensors for cause in causes)
 
 
 def with_twins(

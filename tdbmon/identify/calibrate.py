@@ -21,7 +21,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
-from tdbmon.identify.calibration import LACKS, AtBound, Calibration, DropFit, Residual, Undetermined
+from tdbmon.identify.calibration import LACKS, Calibration, DropFit, Residual, Undetermined
 from tdbmon.identify.certainty import reach
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
@@ -29,11 +29,7 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.follow import followed
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.parameters import (
-    calibrated_machine,
-    polar,
-    stated_parameters,
-)
+from tdbmon.identify.parameters import calibrated_machine, polar, stated_parameters
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
@@ -214,15 +210,9 @@ def _told_as(problem: Problem, point: Array) -> dict[str, str]:
     return names
 
 
-def _at_bound(problem: Problem, point: Array) -> tuple[AtBound, ...]:
-    values, _ = problem.values(point, 0)
+def _at_bound(problem: Problem, point: Array) -> tuple[str, ...]:
     told = _told_as(problem, point)
-    for plane in problem.model.machine.rotor.unbalance:
-        if f"{plane.name}.along" in told:
-            amount, phase = polar(plane, values[f"{plane.name}.along"], values[f"{plane.name}.across"])
-            values |= {f"{plane.name}.amount": amount, f"{plane.name}.phase": phase}
-    names = [told[p.name] for p, at in zip(problem.shared, problem.at_bound(point), strict=False) if at]
-    return tuple(AtBound(name, values[name]) for name in names)
+    return tuple(told[p.name] for p, at in zip(problem.shared, problem.at_bound(point), strict=False) if at)
 
 
 def _undetermined(problem: Problem, point: Array, covariance: Array) -> tuple[Undetermined, ...]:

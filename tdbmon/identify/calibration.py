@@ -113,22 +113,6 @@ class Undetermined:
     partners: tuple[tuple[str, float], ...]
 
 
-@dataclass(frozen=True)
-class AtBound:
-    """A value that ran to the edge of its tolerance: the truth may lie beyond, or the model lacks something.
-
-    Attributes
-    ----------
-    name : str
-        As among the calibration's `values`.
-    value : float
-        SI.
-    """
-
-    name: str
-    value: float
-
-
 @dataclass(frozen=True, eq=False)
 class Calibration:
     """A machine fitted to its drops (SI).
@@ -139,7 +123,8 @@ class Calibration:
         As its owner wrote it; with the fitted values as nominal ones.
     values : dict
         Every fitted value of machine and sensors, by name (``"NDE.friction"``).
-    at_bound : tuple of AtBound
+    at_bound : tuple of str
+        Names of values that ran to the edge of their tolerance: the truth may lie beyond, or the model lacks something.
     undetermined : tuple of Undetermined
     drops : tuple of DropFit
     horizon : float
@@ -164,7 +149,7 @@ class Calibration:
     machine: Machine
     calibrated: Machine
     values: dict[str, Estimate]
-    at_bound: tuple[AtBound, ...]
+    at_bound: tuple[str, ...]
     undetermined: tuple[Undetermined, ...]
     drops: tuple[DropFit, ...]
     horizon: float

@@ -7,13 +7,13 @@ from typing import Any
 from tdbmon.analysis.contact_events import Contact
 from tdbmon.estimate import OUTSIDE
 from tdbmon.identify.agreement import Agreement
-from tdbmon.identify.calibration import AtBound, Calibration
+from tdbmon.identify.calibration import Calibration
 from tdbmon.identify.coast_down import CoastDown
 from tdbmon.identify.coast_down_comparison import course, paired_lines, resonances, scalars
 from tdbmon.identify.fitted import FittedDrop
-from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import DropForces, EndForces
 from tdbmon.identify.friction_choice import FrictionChoice
+from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.identify.natural_frequencies import ORDERS, NaturalFrequencies
 from tdbmon.identify.stress import Stress
 from tdbmon.quantity import plain, printed, short, why_no_interval
@@ -73,7 +73,7 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
     """Return a calibration, and the forces of its drops where they were simulated."""
     return {
         "values": {name: value.to_json() for name, value in calibration.values.items()},
-        "at_bound": [{"name": each.name, "si": each.value} for each in calibration.at_bound],
+        "at_bound": [{"name": name, "si": calibration.values[name].value} for name in calibration.at_bound],
         "undetermined": [
             {"name": u.name, "share": u.share, "partners": [{"name": n, "correlation": c} for n, c in u.partners]}
             for u in calibration.undetermined
@@ -234,11 +234,7 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     if not forces.withheld:
         lines.append(f"  {plain(FORCES_HOLD)}")
     if calibration.at_bound:
-        told = ", ".join(_value_of(calibration, each) for each in calibration.at_bound)
+        # without their intervals, which do not hold for them
+        told = ", ".join(f"{name} {plain(short(calibration.values[name]))}" for name in calibration.at_bound)
         lines.append(f"  gone as far as they may, so that the truth may lie beyond: {told}")
     return lines + [f"  remark: {remark}" for remark in calibration.remarks]
-
-
-def _value_of(calibration: Calibration, bound: AtBound) -> str:
-    """Return a value that has gone as far as it may without its interval, which does not hold for it."""
-    return f"{bound.name} {plain(short(calibration.values[bound.name]))}"

@@ -21,10 +21,14 @@ _SLOPES = 2  # times that each takes slopes
 
 def draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
     """Return the fitted point, then points drawn about it and put within the bounds."""
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
-    drawn = point + rng.standard_normal((members - 1, len(point))) @ root.T
+    drawn = point + rng.standard_normal((members - 1, len(point))) @ root_of(covariance).T
     return [point, *np.clip(drawn, problem.low, problem.high)]
+
+
+def root_of(covariance: Array) -> Array:
+    """Return the matrix (n, n) that makes values with a covariance (n, n) of independent ones of variance 1."""
+    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
+    return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def shaken(problem: Problem, found: Fit, horizon: float) -> Fit:

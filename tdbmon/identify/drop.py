@@ -141,15 +141,20 @@ class MeasuredDrop:
         return abs(self.omega) / (2 * math.pi)
 
 
-def straight_shaft(machine: Machine, probes: Sequence[Probe]) -> Array:
-    """Return the matrix (probes, 4) from x, y of the one end and x, y of the other of a straight shaft to readings."""
+def straight_shaft(machine: Machine, probes: Sequence[Probe], axes: NDArray[np.complex128]) -> Array:
+    """Return the matrix (probes, 4) from x, y of the one end and x, y of the other of a straight shaft to readings.
+
+    Parameters
+    ----------
+    machine : Machine
+    probes : sequence of Probe
+    axes : (probes, probes) complex array
+        From motions x + i y in the probes' planes to readings, its product's real part.
+    """
     first, second = (bearing.position for bearing in machine.touchdown_bearings)
-    rows = []
-    for probe in probes:
-        share = (probe.position - first) / (second - first)
-        direction = np.array([math.cos(probe.angle), math.sin(probe.angle)])
-        rows.append(np.concatenate([(1 - share) * direction, share * direction]))
-    return np.array(rows)
+    share = np.array([(probe.position - first) / (second - first) for probe in probes])
+    along = axes @ np.column_stack([1 - share, share])
+    return np.stack([along.real, -along.imag], axis=2).reshape(len(probes), 4)
 
 
 def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:

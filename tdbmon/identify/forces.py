@@ -245,17 +245,15 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
     motion = _simulated(problem, point, drop, seconds)
     if motion is None:
         return None
-    n, state, arrays = motion.model.n, motion.state, motion.model.arrays
+    n, state = motion.model.n, motion.state
     seen = observed(motion)
     bearings = enumerate(problem.model.machine.touchdown_bearings)
     stress = [ball_stress(bearing, seen.loads[e, : bearing.balls.count]) for e, bearing in bearings]
     omega, rings = state[:, state_layout.omega(n)], state[:, state_layout.ring_speeds(n)].T
-    radii = [(row[JOURNAL_RADIUS], row[JOURNAL_RADIUS] + row[GAP]) for row in arrays.end]
-    x, y = state[:, state_layout.modes_x(n)].T, state[:, state_layout.modes_y(n)].T
-    place = arrays.at_end @ x + 1j * (arrays.at_end @ y)
+    radii = [(row[JOURNAL_RADIUS], row[JOURNAL_RADIUS] + row[GAP]) for row in motion.model.arrays.end]
     return _Member(
         time=motion.time - motion.plan.levitated,
-        place=place,
+        place=motion.place,
         normal=seen.forces[:, FORCES.index("normal_force")],
         stress=np.stack([each.max(axis=0) for each in stress]),
         rolls=np.stack([turns_along(ring, omega, *each) for ring, each in zip(rings, radii, strict=True)]),
@@ -280,13 +278,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, s
     parted = float(time[beyond[0]]) if beyond.size else float(time[-1])
     together = time < parted if beyond.size else np.ones(len(time), dtype=bool)
     low, middle, high = band(normal[:, together], axis=0)
-    history = ForceHistory(
-        time=time[together],
-        force=middle,
-        low=low,
-        high=high,
-        parted=parted,
-    )
+    history = ForceHistory(time=time[together], force=middle, low=low, high=high, parted=parted)
     impulse, impulse_low, impulse_high = _impulse(normal, time)
     peaks = np.array([m.peak[end] for m in members])
     return EndForces(

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from tdbsim.effect import Effect, EffectDeclaration
-from tdbsim.effect import Parameter as Declared
 
 from tdbmon.identify.parameters import Parameter
 
@@ -20,8 +19,8 @@ def place_in_words(where: str) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class FreeEffect:
-    """An effect at a place: some parameters held, the others free, for all drops or for each.
+class PlacedEffect:
+    """An effect at a place.
 
     Attributes
     ----------
@@ -29,6 +28,29 @@ class FreeEffect:
     where : str
     held : mapping
         Parameters that stay, SI or a word.
+    """
+
+    declared: EffectDeclaration
+    where: str
+    held: Mapping[str, float | str]
+
+    @property
+    def name(self) -> str:
+        """Identifier and place, as in results."""
+        return f"{self.declared.identifier}@{self.where}"
+
+    @property
+    def words(self) -> str:
+        """Effect and place in words."""
+        return f"{self.declared.title} at {place_in_words(self.where)}"
+
+
+@dataclass(frozen=True, eq=False)
+class FreeEffect(PlacedEffect):
+    """An effect whose parameters are free but for those held, for all drops or for each.
+
+    Attributes
+    ----------
     start : mapping
         Where those that all drops share begin, SI.
     each_start : tuple of mapping
@@ -40,23 +62,10 @@ class FreeEffect:
         Standard deviations (SI) of what is known of some shared ones, beside what the fit sees, about where they begin.
     """
 
-    declared: EffectDeclaration
-    where: str
-    held: Mapping[str, float | str]
     start: Mapping[str, float]
     each_start: tuple[Mapping[str, float], ...] = ()
     each_held: tuple[Mapping[str, float], ...] = ()
     known: Mapping[str, float] = field(default_factory=dict)
-
-    @property
-    def name(self) -> str:
-        """Identifier and place."""
-        return f"{self.declared.identifier}@{self.where}"
-
-    @property
-    def words(self) -> str:
-        """Effect and place in words."""
-        return f"{self.declared.title} at {place_in_words(self.where)}"
 
     @property
     def shared(self) -> tuple[Parameter, ...]:
@@ -81,30 +90,13 @@ class FreeEffect:
 
     def _parameter(self, name: str, value: float) -> Parameter:
         of = self.declared.parameter(name)
-        full, moves = f"{self.name}.{name}", not acts_on_sensors(self.declared)
-        if goes_round(of):
-            return Parameter(
-                full,
-                of.unit,
-                nominal=value,
-                low=value - math.pi,
-                high=value + math.pi,
-                sigma=math.inf,
-                moves=moves,
-                span=_ANGLE_SPAN,
-            )
-        size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
-        sigma = self.known.get(name, math.inf)
-        return Parameter(
-            full,
-            of.unit,
-            nominal=value,
-            low=of.low,
-            high=of.high,
-            sigma=sigma,
-            moves=moves,
-            span=size or abs(of.typical),
-        )
+        full, moves = f"{self.name}.{name}", not self.declared.acts_on_sensors
+        if of.goes_round:
+            low, high, sigma, span = value - math.pi, value + math.pi, math.inf, _ANGLE_SPAN
+        else:
+            size = abs(of.typical - of.off) if isinstance(of.off, float) and math.isfinite(of.off) else 0.0
+            low, high, sigma, span = of.low, of.high, self.known.get(name, math.inf), size or abs(of.typical)
+        return Parameter(full, of.unit, nominal=value, low=low, high=high, sigma=sigma, moves=moves, span=span)
 
     def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
         """Return the effect with its parameters as a point of the fit has them.
@@ -124,17 +116,6 @@ class FreeEffect:
 def _wrapped(declared: EffectDeclaration, values: Mapping[str, float]) -> dict[str, float]:
     """Return values with angles within half a turn either way."""
     return {
-        name: math.remainder(value, 2 * math.pi) if goes_round(declared.parameter(name)) else value
+        name: math.remainder(value, 2 * math.pi) if declared.parameter(name).goes_round else value
         for name, value in values.items()
     }
-
-
-def goes_round(of: Declared) -> bool:
-    """True for an angle that has no bounds but those of what people write."""
-    return of.si == "rad" and of.high - of.low > 2 * math.pi - 1e-6
-
-
-def acts_on_sensors(declared: EffectDeclaration) -> bool:
-    """True for an effect that changes what is seen of a motion, not the motion."""
-    kind = declared.kind
-    return kind.sense is not Effect.sense and kind.modify is Effect.modify and not kind.slots

@@ -97,9 +97,7 @@ def fit(
     """
     point = np.clip(point, problem.low, problem.high)
     known = slopes is not None
-    start = (
-        _as_it_stands(problem, point, horizon, slopes) if slopes is not None else linearised(problem, point, horizon)
-    )
+    start = as_it_stands(problem, point, horizon, slopes) if slopes is not None else linearised(problem, point, horizon)
     residuals, current = list(start.residuals), list(start.slopes)
     linearisations -= 0 if known else 1
     sides: tuple[int, ...] = (1,)
@@ -134,7 +132,8 @@ def linearised(problem: Problem, point: Array, horizon: float, sides: Sequence[i
     return Fit(point, residuals, tuple(j for _, j in linear), misfit_of(problem, residuals, point))
 
 
-def _as_it_stands(problem: Problem, point: Array, horizon: float, slopes: Sequence[Array]) -> Fit:
+def as_it_stands(problem: Problem, point: Array, horizon: float, slopes: Sequence[Array]) -> Fit:
+    """Return a point as it stands, with slopes known from near it (raises InputError where it cannot be simulated)."""
     residuals = problem.all_residuals(point, horizon)
     if residuals is None:
         raise InputError("the fit left what can be simulated; check gap and probes of the machine file")

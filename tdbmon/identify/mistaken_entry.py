@@ -20,6 +20,7 @@ from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
 from tdbmon.identify.problem import Problem
+from tdbmon.identify.robust import FLOOR
 from tdbmon.identify.slowing import slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
@@ -33,11 +34,8 @@ _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
 _LEAST = 0.5  # squares a residual, that noise leaves at least
-_NUDGES = (
-    0.01,
-    1 / _FACTOR - 1,
-)  # of an entry, which show whether it does anything; a gap may only where the shaft touches
-_FLOOR = 0.9  # squares a residual that noise leaves, at most: large ones count less than their square
+# of an entry, which show whether it does anything; a gap may only where the shaft touches
+_NUDGES = (0.01, 1 / _FACTOR - 1)
 
 
 @dataclass(frozen=True)
@@ -64,7 +62,7 @@ class _Try:
 
     @property
     def holds(self) -> bool:
-        return self.misfit < FAILING * _FLOOR
+        return self.misfit < FAILING * FLOOR
 
     @property
     def slows_otherwise(self) -> bool:
@@ -104,13 +102,13 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
         Its `first_fits`.
     """
     last = STAGES.first_contacts[-1]
-    if last not in plain or plain[last].ratio <= _FAILS * _FLOOR:
+    if last not in plain or plain[last].ratio <= _FAILS * FLOOR:
         return None
     fallen = _Try((), few_drops(problem), plain[STAGES.fall].point)
-    enough = {h: _FLOOR + max(_WORTH * (plain[h].ratio - _FLOOR), _LITTLE) for h in STAGES.first_contacts}
+    enough = {h: FLOOR + max(_WORTH * (plain[h].ratio - FLOOR), _LITTLE) for h in STAGES.first_contacts}
     kinds = _kinds(problem)
     later = _LEAST * (plain[last].count - plain[STAGES.fall].count)
-    if plain[STAGES.fall].misfit + later > FAILING * _FLOOR * plain[last].count:
+    if plain[STAGES.fall].misfit + later > FAILING * FLOOR * plain[last].count:
         # what the fall leaves is too much by itself, and no entry takes it away that does nothing before a contact
         kinds = [kind for kind in kinds if _begun(fallen, kind, 1.0).moves_in_the_fall]
     for starts in _STARTS:
@@ -170,5 +168,5 @@ def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try
     for horizon, most in enough.items():
         tried = [each.fitted(horizon) for each in tried]
         least = min((each.misfit for each in tried), default=0.0)
-        tried = [each for each in tried if each.misfit <= min(most, _BEHIND * max(least, _FLOOR))]
+        tried = [each for each in tried if each.misfit <= min(most, _BEHIND * max(least, FLOOR))]
     return list(tried)

@@ -20,6 +20,7 @@ from tdbsim.rotor import RotorModel, build_rotor
 from tdbmon.analysis.resting_modes import RestingEnd, RestingModes, resting_basis, resting_ends, resting_modes
 from tdbmon.estimate import Estimate
 from tdbmon.identify.calibration import Calibration
+from tdbmon.identify.draws import root_of
 from tdbmon.identify.model_share import band
 from tdbmon.identify.parameters import calibrated_machine
 
@@ -130,9 +131,7 @@ def _machines(calibration: Calibration) -> Iterator[Machine]:
     """Yield machines with values drawn from the calibration's covariance, within their bounds."""
     problem, rng = calibration.problem, np.random.default_rng(0)
     count = len(problem.shared)
-    covariance = calibration.covariance[:count, :count]
-    values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
-    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    root = root_of(calibration.covariance[:count, :count])
     for _ in range(_MEMBERS):
         point = calibration.point.copy()
         point[:count] += root @ rng.standard_normal(count)

@@ -81,6 +81,7 @@ _LOAD_SIGMA = 0.04  # of the exponent with which friction falls with the load: 0
 _MODULUS_SHARE = 0.004
 _WIDTH = 3.0  # standard deviations that stated values may go
 _RESTATED = 0.5  # share by which a value may go that drops beyond its tolerance told roughly: so wide hardly counts
+EDGE = 1e-6  # of a value's scale: so near, it is at its bound
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
 
 
@@ -130,6 +131,10 @@ class Parameter:
     def least(self) -> float:
         """Where its interval ends: nought for what is never negative, as its limits tell."""
         return 0.0 if self.low >= 0 else -math.inf
+
+    def at_bound(self, value: float) -> bool:
+        """Return whether a value (SI) has gone as far as it may."""
+        return min(value - self.low, self.high - value) < EDGE * self.scale
 
     def instead(self, value: float, *stated: float) -> str:
         """Return a value in words, with what the machine file states in its place: a number, or from which to which."""
@@ -204,9 +209,8 @@ def entries(machine: Machine) -> tuple[Parameter, ...]:
 
 def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
     """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
-    reach = 5 * _CENTRE_SIGMA
     return tuple(
-        Parameter(f"{end}.centre_{axis}", "um", nominal=0.0, low=-reach, high=reach, sigma=_CENTRE_SIGMA, moves=False)
+        _either_way(f"{end}.centre_{axis}", "um", 5 * _CENTRE_SIGMA, _CENTRE_SIGMA, moves=False)
         for end in machine.ends
         for axis in "xy"
     )
@@ -229,53 +233,30 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
         for axis, start in zip("xy", set_point[end], strict=True):
             name, first = f"set_point_{axis}_{end}", float(start)
             found.append(Parameter(name, "um", nominal=first, low=-reach, high=reach, sigma=math.inf, nudge=0.00025))
-    fastest = 10 * _VELOCITY_SIGMA
-    for end in range(2):
-        for axis in "xy":
-            found.append(
-                Parameter(
-                    f"velocity_{axis}_{end}",
-                    "mm/s",
-                    nominal=0.0,
-                    low=-fastest,
-                    high=fastest,
-                    sigma=_VELOCITY_SIGMA,
-                    nudge=0.008,
-                )
-            )
-    late = 3 * _RELEASE_SIGMA
-    found.append(Parameter("release", "s", nominal=0.0, low=-late, high=late, sigma=_RELEASE_SIGMA, nudge=0.0002))
+    found += [
+        _either_way(f"velocity_{axis}_{end}", "mm/s", 10 * _VELOCITY_SIGMA, _VELOCITY_SIGMA, nudge=0.008)
+        for end in range(2)
+        for axis in "xy"
+    ]
+    found.append(_either_way("release", "s", 3 * _RELEASE_SIGMA, _RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
     found.append(
         Parameter("shaft_angle", "deg", nominal=angle, low=angle - width, high=angle + width, sigma=angle_sigma)
     )
     for end, bearing in enumerate(machine.touchdown_bearings):
         # turned by one ball, which is two of its spans, the bearing is the same again
-        half = math.pi / bearing.balls.count
-        found.append(
-            Parameter(f"cage_{end}", "deg", nominal=0.0, low=-math.inf, high=math.inf, sigma=math.inf, span=half)
-        )
+        found.append(_either_way(f"cage_{end}", "deg", math.inf, math.inf, span=math.pi / bearing.balls.count))
     # from drop to drop the rotor may stand elsewhere along its axis, where its probes see another track
     found += [
-        Parameter(
-            f"{end}.runout_{part}_{k}",
-            "um",
-            nominal=0.0,
-            low=-_RUNOUT_LIMIT,
-            high=_RUNOUT_LIMIT,
-            sigma=sigma,
-            moves=False,
-        )
+        _either_way(f"{end}.runout_{part}_{k}", "um", _RUNOUT_LIMIT, sigma, moves=False)
         for end in machine.ends
         for k, sigma in enumerate(_RUNOUT_SIGMA, start=1)
         for part in ("cosine", "sine")
     ]
-    farthest = 10 * ZERO_SIGMA
-    found += [
-        Parameter(f"zero_{probe.name}", "um", nominal=0.0, low=-farthest, high=farthest, sigma=ZERO_SIGMA, moves=False)
-        for probe in machine.probes
-    ]
-    return tuple(found)
+    zeros = (
+        _either_way(f"zero_{each.name}", "um", 10 * ZERO_SIGMA, ZERO_SIGMA, moves=False) for each in machine.probes
+    )
+    return (*found, *zeros)
 
 
 def restated_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
@@ -385,6 +366,11 @@ def _end_value(bearing: TouchdownBearing, field: str) -> Tolerant:
 
 def _stated_value(bearing: TouchdownBearing, field: str) -> float:
     return float(getattr(bearing, field))
+
+
+def _either_way(name: str, unit: str, reach: float, sigma: float, **further: Any) -> Parameter:
+    """Return a value that starts at nought."""
+    return Parameter(name, unit, nominal=0.0, low=-reach, high=reach, sigma=sigma, **further)
 
 
 def _about(name: str, unit: str, value: float, share: float) -> Parameter:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -20,15 +21,15 @@ from tdbsim.stated_effects import all_effects
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import MeasuredDrop, straight_shaft
 from tdbmon.identify.free_effect import FreeEffect
-from tdbmon.identify.parameters import Parameter, drop_parameters, machine_parameters, sensor_parameters, with_values
-from tdbmon.identify.prediction import (
-    Prediction,
-    Sensors,
-    planned,
-    predict,
-    readings,
-    residuals,
+from tdbmon.identify.parameters import (
+    EDGE,
+    Parameter,
+    drop_parameters,
+    machine_parameters,
+    sensor_parameters,
+    with_values,
 )
+from tdbmon.identify.prediction import Prediction, Sensors, planned, predict, readings, residuals
 from tdbmon.identify.slopes import Nudged, slopes
 from tdbmon.identify.stages import Stages, stages_of
 from tdbmon.identify.variants import Variant, left_by, paths
@@ -37,7 +38,6 @@ Array = NDArray[np.float64]
 T = TypeVar("T")
 
 BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
-_EDGE = 1e-6  # of a value's scale: so near, it is at its bound
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,7 +134,7 @@ class Problem:
 
     def at_bound(self, point: Array) -> NDArray[np.bool_]:
         """Return which coordinates of a point have gone as far as they may."""
-        return np.asarray((point <= self.low + _EDGE) | (point >= self.high - _EDGE))
+        return np.asarray((point <= self.low + EDGE) | (point >= self.high - EDGE))
 
     def columns(self, drop: int) -> NDArray[np.intp]:
         """Return which coordinates a drop depends on."""
@@ -274,7 +274,7 @@ class Problem:
             except InputError:
                 continue
 
-    def linearised(self, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> list[tuple[Array, Array]]:
+    def linearised(self, point: Array, horizon: float, sides: Sequence[int]) -> list[tuple[Array, Array]]:
         """Return `slopes` of every drop, their mean over some sides."""
         count = len(self.drops)
         found = self.crew.apart(
@@ -304,7 +304,8 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew)
 def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:
     """Return the levitated mean (x, y) an end that the probes' means come nearest to, (2, 2), m."""
     means = np.array([n.mean for n in drop.noise])
-    solution, *_ = np.linalg.lstsq(straight_shaft(machine, drop.probes), means, rcond=None)
+    axes = np.diag([cmath.rect(1.0, -probe.angle) for probe in drop.probes])
+    solution, *_ = np.linalg.lstsq(straight_shaft(machine, drop.probes, axes), means, rcond=None)
     return np.asarray(solution, dtype=float).reshape(2, 2)
 
 

@@ -11,6 +11,7 @@ from tdbmon.identify.prediction import DECELERATION
 
 Array = NDArray[np.float64]
 
+FLOOR = 0.9  # squares a residual that noise alone leaves, at most: large ones count less than their square
 _FROM = 3.0  # times the spread: from there on linearly
 
 

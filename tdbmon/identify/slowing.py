@@ -19,6 +19,7 @@ from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
+from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import Prediction, coasting, predict
 from tdbmon.identify.problem import Problem
 
@@ -80,10 +81,15 @@ class Slowing:
         return float(np.minimum((self.rest(factor) / self.sigma) ** 2, _LIMIT).sum())
 
 
+def last_of(drop: MeasuredDrop) -> float:
+    """Return up to when the rest of a record is looked at, s after the release."""
+    return min(drop.seconds - 0.002, LAST_S)
+
+
 def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slowing | None:
     """Return how a drop slows at a point of a fit; None without a keyphasor, a longer record, or a simulation."""
     measured = problem.drops[drop]
-    last = min(measured.seconds - 0.002, LAST_S)
+    last = last_of(measured)
     since = measured.pulse_times - measured.release
     angle, since = measured.pulse_angles[since < last], since[since < last]
     spans = [(a, b) for a, b in pairwise(np.arange(horizon, last, _WINDOW_S)) if ((since >= a) & (since < b)).any()]

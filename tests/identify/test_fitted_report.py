@@ -18,12 +18,11 @@ from tdbmon.history.feature import KINDS
 from tdbmon.identify import fitted as module
 from tdbmon.identify.agreement import agreement
 from tdbmon.identify.calibrate import fit_drops
-from tdbmon.identify.calibration import AtBound
 from tdbmon.identify.contract import fitted_json, force_lines
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.fitted import FittedDrop
-from tdbmon.identify.force_intervals import FORCES_HOLD
 from tdbmon.identify.forces import forces_of
+from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.quantity import toleranced
 from tdbmon.report import build_report
 from tdbmon.report.document import Document, Figure, Paragraph, Table, Verdict
@@ -225,7 +224,7 @@ def test_a_value_without_interval_has_its_reason_in_terminal_and_report(fitted) 
 
 def test_values_that_went_as_far_as_they_may_are_told_in_terminal_and_report(fitted) -> None:
     """One by its tolerance, and one that no machine file states: an edge of a tolerance is that of the former alone."""
-    bound = tuple(AtBound(n, fitted.calibration.values[n].value) for n in ("NDE.friction", "DE.centre_x"))
+    bound = "NDE.friction", "DE.centre_x"
     told = replace(fitted, calibration=replace(fitted.calibration, at_bound=bound))
     (line,) = [line for line in force_lines(told.calibration, told.forces) if "as far as they may" in line]
     friction = told.calibration.values["NDE.friction"].value

@@ -10,7 +10,7 @@ import numpy as np
 from tdbsim.columns import GAP
 from tdbsim.effect import Effect, EffectDeclaration, Place, catalogue, parameter
 
-from tdbmon.identify.free_effect import FreeEffect, acts_on_sensors
+from tdbmon.identify.free_effect import FreeEffect
 
 HORIZON = 0.02
 
@@ -36,9 +36,9 @@ BOTH = EffectDeclaration(WornProbeSide, sys.modules[__name__])
 
 
 def test_effects_of_sensors_are_those_that_leave_the_motion_alone():
-    found = {each.identifier for each in catalogue() if acts_on_sensors(each)}
+    found = {each.identifier for each in catalogue() if each.acts_on_sensors}
     assert found == {"probe_gain", "probe_angle", "probe_runout", "probe_crosstalk", "channel_lag"}
-    assert not acts_on_sensors(BOTH)
+    assert not BOTH.acts_on_sensors
 
 
 def test_slopes_of_an_effect_of_both_are_differences_of_residuals(problem):

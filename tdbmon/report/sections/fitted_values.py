@@ -29,14 +29,13 @@ def fitted_values(fitted: FittedDrop) -> Table:
     """Return the table of the fitted values."""
     calibration = fitted.calibration
     machine = calibration.machine
-    bound = {each.name for each in calibration.at_bound}
     loose = {each.name: each for each in calibration.undetermined}
     untold = {p.name for p in (*stated_parameters(machine), *sensor_parameters(machine))}
     stated = file_values(machine)
     rows = []
     for name, value in calibration.values.items():
         remarks = [law] if (law := _law(calibration, name)) else []
-        if name in bound:
+        if name in calibration.at_bound:
             edge = "as far off as it may go" if name in untold else "at the edge of its tolerance"
             remarks.append(f"{edge}: the truth may lie beyond, or the model lacks something")
         elif name in loose:

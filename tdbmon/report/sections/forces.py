@@ -5,7 +5,7 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING
 
-from tdbmon.identify.force_intervals import FORCES_HOLD
+from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.quantity import number, why_no_interval, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
 from tdbmon.report.remarks import and_more, grouped

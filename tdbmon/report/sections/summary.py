@@ -10,7 +10,7 @@ from tdbsim.machine import Tolerant
 from tdbmon.analysis.result import NO_DROP, Analysis
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate
-from tdbmon.identify.force_intervals import FORCES_HOLD
+from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.quantity import counted, decapitalised, moment, number, percent, rpm, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, Verdict, sentence
 from tdbmon.report.sections.findings import (
