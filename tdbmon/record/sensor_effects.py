@@ -129,4 +129,5 @@ def check_effects(machine: Machine) -> list[Check]:
 
 def _of_one_drop(setting: EffectSetting) -> bool:
     """True where an effect of a machine file has an angle, or a ball's number, that differs from drop to drop."""
-    return any(each.per_drop for each in from_setting(setting).parameters())
+    effect = from_setting(setting)
+    return any(each.per_drop for each in effect.parameters()) and not effect.stands_still(vars(effect))
