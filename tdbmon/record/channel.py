@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -35,13 +35,14 @@ class Channel:
     name : str
         As in the file.
     values : numpy.ndarray, shape (n,)
-        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.
+        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.  Moments
+        (datetime64) become seconds since the first of the file, and so does a `time` of moments.
     unit : str
         As in the file; "" where the file states none.
     start, interval : float
         First sample and sampling interval, s; used where `time` is None, the interval also where that repeats itself.
     time : numpy.ndarray, shape (n,), optional
-        Time of every sample, s.
+        Time of every sample, s or moments.
     scale, offset : float
         Of packed values; integers with a scale other than 1 have a full scale.
     long_name : str
@@ -113,7 +114,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     InputError
         If there is no channel, two channels bear one name, or a time base does not increase.
     """
-    channels = [channel for channel in content.channels if not channel.fault]
+    channels = _in_seconds([channel for channel in content.channels if not channel.fault])
     left_out = {channel.name: channel.fault for channel in content.channels if channel.fault}
     if not channels:
         told = next((f" ('{name}': {fault})" for name, fault in left_out.items()), "")
@@ -159,6 +160,28 @@ def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[fl
     codes = np.iinfo(dtype)
     ends = (codes.min * scale + offset, codes.max * scale + offset)
     return min(ends), max(ends)
+
+
+def _in_seconds(channels: list[Channel]) -> list[Channel]:
+    """Return channels whose moments are seconds since the first of all."""
+    found = {
+        id(array): array
+        for channel in channels
+        for array in (channel.time, channel.values)
+        if array is not None and array.dtype.kind == "M"
+    }
+    if not found:
+        return channels
+    first = min(array[0] for array in found.values())
+    seconds = {key: (array - first) / np.timedelta64(1, "s") for key, array in found.items()}
+    return [
+        replace(
+            channel,
+            time=seconds.get(id(channel.time), channel.time),
+            values=seconds.get(id(channel.values), channel.values),
+        )
+        for channel in channels
+    ]
 
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:
