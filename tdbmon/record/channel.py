@@ -20,6 +20,7 @@ from tdbmon.sha256 import sha256_of
 
 _COUNTED = "the file's times repeat themselves: counted by the rate that it states"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
+_SHORTEST = 1e-7  # s between samples: nobody records a rotor at 10 MHz
 _FEW = 0.01  # of the samples: more that repeat themselves come of stamps that are too coarse
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
 _OVERLOAD = (9.89e37, 9.92e37)  # by SCPI an instrument was overloaded (9.9e37), or has no value (9.91e37)
@@ -357,6 +358,11 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
         raise InputError(
             f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s);"
             f" {_why_not_on(channel, time, steps, at)} (channel '{channel.name}')"
+        )
+    if steps.size and (apart := float(np.median(steps))) < _SHORTEST:
+        raise InputError(
+            f"{path}: by its times, channel '{channel.name}' has a sample every {apart:.3g} s: they are not in s; state their"
+            " unit, as in 'Time [ms]', or 'Time [d]' for the days that a spreadsheet counts"
         )
     return time
 

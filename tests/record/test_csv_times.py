@@ -31,6 +31,11 @@ def test_a_clock_of_twelve_hours_passes_midnight(tmp_path: Path) -> None:
     np.testing.assert_allclose(record["time"].values, [0, 1, 2])
 
 
+def test_days_of_a_spreadsheet_are_times_where_their_unit_is_stated(tmp_path: Path) -> None:
+    record = read_table(tmp_path, "Zeit [d];A\n46091,6250000000;1\n46091,6250000012;2\n46091,6250000023;3\n")
+    np.testing.assert_allclose(record["time"].values, [0, 1e-4, 2e-4], atol=1e-5)
+
+
 def _stamped(rate: float, stated: float) -> str:
     """A table of 0.1 s whose clock stamps are cut to ms."""
     stamps = (f"09:59:59.{int(1e3 * k / rate + 1e-9):03d},{k}" for k in range(int(0.1 * rate)))

@@ -47,9 +47,8 @@ def test_ticks_keep_their_digits_and_their_size_tells_an_unstated_unit(
     np.testing.assert_allclose(read(tmp_path / "a")["time"].values, 50e-6 * np.arange(_N), rtol=0, atol=1e-15)
 
 
-@pytest.mark.parametrize("unit", ["", "100 ns"])
-def test_file_times_of_windows_count_from_1601(unit: str, tmp_path: Path) -> None:
-    _hdf5(tmp_path / "a", _STAMPS // 100 + 116444736 * 10**9, unit)
+def test_file_times_of_windows_count_from_1601(tmp_path: Path) -> None:
+    _hdf5(tmp_path / "a", _STAMPS // 100 + 116444736 * 10**9, "")
     np.testing.assert_allclose(read(tmp_path / "a")["time"].values, 50e-6 * np.arange(_N), rtol=0, atol=1e-15)
 
 
@@ -69,7 +68,6 @@ def test_ticks_of_several_clocks_count_from_the_first_of_all(tmp_path: Path) -> 
 
 @pytest.mark.parametrize("unit", ["ns", "us"])
 def test_ticks_from_the_start_are_read_as_they_are(unit: str, tmp_path: Path) -> None:
-    _hdf5(tmp_path / "a", 50 * np.arange(_N), unit)
-    np.testing.assert_array_equal(
-        read(tmp_path / "a")["time"].values, 50.0 * np.arange(_N) * {"ns": 1e-9, "us": 1e-6}[unit]
-    )
+    ticks = 50_000 * np.arange(_N)
+    _hdf5(tmp_path / "a", ticks, unit)
+    np.testing.assert_array_equal(read(tmp_path / "a")["time"].values, ticks * {"ns": 1e-9, "us": 1e-6}[unit])

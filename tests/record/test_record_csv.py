@@ -171,6 +171,10 @@ BAD = {
     "backwards": ("time,A\n0,1\n0.2,2\n0.1,3\n", "runs backwards"),
     "repeated": ("time,A\n0.000,1\n0.001,2\n0.001,3\n", "too few digits"),
     "missing time": ("time,A\n0,1\n,2\n0.2,3\n", "the time of sample 2 is no number"),
+    "days of a spreadsheet": (
+        "Zeit;A\n46091,6250000000;1\n46091,6250000012;2\n46091,6250000023;3\n",
+        r"a sample every 1\.\d+e-09 s: they are not in s; state their unit, as in .* 'Time \[d\]'",
+    ),
     "same names": ("time,A,A\n0,1,2\n1,3,4\n", "'A' occurs twice"),
     "time only": ("time\n0\n1\n2\n", "no channel along time"),
 }
