@@ -19,13 +19,16 @@ _AXIS = {"start_value": "t0", "increment": "dt"}
 
 def with_plain_signals(root: Branch) -> Branch:
     """Return the content of a file with its signals, if it has any, as arrays beside their time or interval."""
-    signals = [each for each in root.branches if {"x_values", "y_values"} <= {inner.name for inner in each.branches}]
-    if not signals:
-        return root
-    others = [each for each in root.branches if not any(each is signal for signal in signals)]
-    created = [text for text in (_first(signal, "creation_time") for signal in signals) if text]
-    entries = {**({"date": created[0]} if created else {}), **root.entries}
-    return Branch(root.name, root.leaves, entries, (*map(_plain, signals), *others))
+    created = [_first(branch, "creation_time") for branch in root.branches if _is_signal(branch)]
+    return replace(
+        root,
+        entries={"date": created[0], **root.entries} if created else root.entries,
+        branches=tuple(_plain(branch) if _is_signal(branch) else branch for branch in root.branches),
+    )
+
+
+def _is_signal(branch: Branch) -> bool:
+    return {"x_values", "y_values"} <= {inner.name for inner in branch.branches}
 
 
 def _plain(signal: Branch) -> Branch:
