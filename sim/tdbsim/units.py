@@ -22,7 +22,7 @@ _VENDOR = {
     "mue": "micrometer", "mikrometer": "micrometer", "mikron": "micrometer",
     "seconds": "second", "sec": "second", "secs": "second", "hertz": "hertz",
     "vdc": "volt", "v dc": "volt", "mvdc": "mV", "mv dc": "mV",
-    "rps": "hertz", "rev": "turn", "rpm": "rpm", "r.p.m.": "rpm", "cpm": "rpm", "kcpm": "krpm", "hz": "hertz",
+    "rps": "hertz", "rev": "turn", "rpm": "rpm", "r.p.m.": "rpm", "upm": "rpm", "cpm": "rpm", "kcpm": "krpm", "hz": "hertz",
     "counts": "dimensionless", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
 }  # fmt: skip
 

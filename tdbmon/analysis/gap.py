@@ -27,10 +27,9 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.bent_line import BENDS, DRAWN
 from tdbmon.analysis.jackknife import jackknife
 from tdbmon.analysis.rest import RestTravel
-from tdbmon.analysis.unbroken import pieces
+from tdbmon.analysis.settled_arc import BIN_DEG, Arc, Cells, Steady
 from tdbmon.estimate import Z95, Estimate
 
-_LOWPASS_HZ = 300.0  # only accelerations are smoothed; the arc itself needs the swing's harmonics
 _BESIDE = 0.9  # of an end's samples, at which the other end must be seen too to tell of its load
 # Of the deflection a unit of load: how far radius and height of the centre may err where the end's own acceleration stands for
 # that of the mass it carries; 17 um at 9 um, where the ends swing against each other (docs/gap.md).
@@ -40,14 +39,6 @@ _COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring an
 _WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
 SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
 _FEWEST = 6  # bins of angle for a circle
-_SOLVED = 3  # bins of angle; with fewer the circle is not determined
-_RATE_HZ = 2500.0
-_ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
-_BIN_DEG = 3.0
-_UNSEEN = 2  # blocks of time, in so few of which a bin of angle is not used; its weight grows from there
-_USUAL = 10  # blocks: what the bins' usual scatter counts for beside one's own, which few blocks tell badly
-_PARTS = 12
-_BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
 _DRAWN = 4000  # settled positions kept, some more than can be seen
 _BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
 
@@ -151,18 +142,18 @@ def fit_gap(
     after = time >= settled_s
     carried = _carried(planes, end, shares) if shares else xy
     alone = _ALONE * travel.per_load if carried is None else 0.0
-    steady = _Steady.of(time[after], xy[after], (xy if carried is None else carried)[after], rate)
+    steady = Steady.of(time[after], xy[after], (xy if carried is None else carried)[after], rate)
     if not len(steady.xy):
         return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
     for _ in range(2):  # the second time about the centre found: the bins linearise the circle
-        cells = _Cells.of(steady, machine.gravity, circle)
+        cells = Cells.of(steady, machine.gravity, circle)
         arc = cells.arc()
         if len(arc.angle) < _FEWEST:
             return NoCircle(
                 f"the shaft settles at {settled_s:.4g} s, but the arc that it then swings along,"
                 f" {2 * np.rad2deg(cells.halfwidth):.2g} degrees in all, is too short to tell a circle: it takes more than"
-                f" {_BIN_DEG * (_FEWEST - 1):.0f}, each part of it seen three times"
+                f" {BIN_DEG * (_FEWEST - 1):.0f}, each part of it seen three times"
             )
         found, _ = _fit_circle(arc, travel.per_load)
         circle = np.append(cells.centre + found[:2], found[2])
@@ -221,36 +212,6 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
     )
 
 
-@dataclass(frozen=True)
-class _Steady:
-    """Where the settled shaft is seen (n, 2), m, the acceleration of what it carries (n, 2), m/s^2, and the block of time."""
-
-    xy: np.ndarray
-    acceleration: np.ndarray
-    block: np.ndarray
-
-    @classmethod
-    def of(cls, time: np.ndarray, xy: np.ndarray, carried: np.ndarray, rate: float) -> _Steady:
-        """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing.
-
-        A stretch without samples, missing ones or a hole in the time axis, parts pieces: no acceleration reaches across it.
-        """
-        count = max(1, int(rate / _RATE_HZ + _ROUNDING))
-        rate /= count
-        both = np.hstack([xy, carried])
-        averaged = [_averaged(time[piece], both[piece], count) for piece in pieces(time)]
-        time, both = (np.concatenate(column) for column in zip(*averaged, strict=True))
-        seen = np.isfinite(both).all(axis=1)
-        time, xy, carried = time[seen], both[seen, :2], both[seen, 2:]
-        number = np.round((time - time[:1]) * rate).astype(int)
-        acceleration = np.full(xy.shape, np.nan)
-        for piece in pieces(time):
-            if piece.stop - piece.start >= max(3.0, rate / _LOWPASS_HZ):  # or too short for an acceleration
-                acceleration[piece] = _acceleration(carried[piece], number[piece] - number[piece.start], rate)
-        kept = np.isfinite(acceleration).all(axis=1)
-        return cls(xy[kept], acceleration[kept], number[kept] // max(int(_BLOCK_S * rate + _ROUNDING), 1))
-
-
 def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray | None:
     """Return the path of the mass that an end carries (n, 2), m; None where the other end is not seen beside it."""
     if any(str(planes.plane.sel(end=each).item()) != "bearing" for each in shares):
@@ -261,92 +222,12 @@ def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.nd
     return np.asarray(moved) if also >= _BESIDE * seen else None
 
 
-def _averaged(time: np.ndarray, xy: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    whole = len(xy) // count * count
-    return time[:whole].reshape(-1, count).mean(axis=1), xy[:whole].reshape(-1, count, xy.shape[1]).mean(axis=1)
-
-
-def _acceleration(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray:
-    """Return the smoothed acceleration at samples so numbered, straight lines over the few that are missing between them."""
-    every = np.arange(number[-1] + 1)
-    line = xy if len(every) == len(xy) else np.column_stack([np.interp(every, number, row) for row in xy.T])
-    velocity = np.gradient(_lowpass(line, rate), axis=0) * rate
-    return np.asarray(np.gradient(velocity, axis=0) * rate)[number]
-
-
 def _overlap(a: Estimate, b: Estimate) -> bool:
     return bool(a.low <= b.high and b.low <= a.high) if None not in (a.low, a.high, b.low, b.high) else False  # type: ignore[operator]
 
 
-@dataclass(frozen=True)
-class _Arc:
-    """Mean radius and load over the angle from the bottom, in bins; `sigma` from the scatter between blocks of time."""
-
-    angle: np.ndarray
-    radius: np.ndarray
-    load: np.ndarray
-    sigma: np.ndarray
-
-
-@dataclass(frozen=True)
-class _Cells:
-    """Settled positions about a centre, averaged over cells of one angle bin and one block of time."""
-
-    centre: np.ndarray
-    halfwidth: float
-    bin: np.ndarray
-    block: np.ndarray
-    means: np.ndarray  # (cell, 3): angle from the bottom, radius, load
-
-    @classmethod
-    def of(cls, steady: _Steady, gravity: float, circle: np.ndarray) -> _Cells:
-        block = steady.block
-        d = steady.xy - circle[:2]
-        r = np.hypot(d[:, 0], d[:, 1])
-        angle = np.arctan2(d[:, 0], -d[:, 1])
-        outward = np.sum(steady.acceleration * d, axis=1) / r
-        load = np.cos(angle) - outward / gravity if gravity > 0 else np.ones_like(r)
-        bins = np.round(np.rad2deg(angle) / _BIN_DEG).astype(int)
-        bins -= bins.min()
-        blocks = int(block.max()) + 1
-        cell, inverse = np.unique(bins * blocks + block, return_inverse=True)
-        count = np.bincount(inverse)
-        means = np.column_stack([np.bincount(inverse, v) / count for v in (angle, r, load)])
-        halfwidth = float(np.quantile(np.abs(angle), 0.98))
-        return cls(circle[:2].copy(), halfwidth, cell // blocks, cell % blocks, means)
-
-    def parts(self) -> list[_Arc]:
-        """Return the arcs that are left when one of some parts of the time is left out in turn; none if one tells no circle.
-
-        The circle then rests on the part that was left out, and nothing says how much that errs.
-        """
-        blocks = np.unique(self.block)
-        shares = np.array_split(blocks, min(_PARTS, len(blocks)))
-        left = []
-        for share in shares:
-            kept = ~np.isin(self.block, share)
-            left.append(replace(self, bin=self.bin[kept], block=self.block[kept], means=self.means[kept]).arc())
-        return left if all(len(arc.angle) >= _SOLVED for arc in left) else []
-
-    def arc(self) -> _Arc:
-        """Average over the blocks; a bin seen in fewer than three says nothing about its own error.
-
-        Three that happen to agree make no sure bin either: at the ends of the arc, where bins come and go with a few samples,
-        it would turn the circle.  The variance of each is drawn towards the usual one, and no bin comes in at full weight.
-        """
-        bins = [self.means[self.bin == b] for b in np.unique(self.bin)]
-        bins = [means for means in bins if len(means) > _UNSEEN]
-        if not bins:
-            return _Arc(*np.empty((4, 0)))
-        off = [np.abs(means[:, 1] - np.median(means[:, 1])) for means in bins]
-        own, count = 1.4826 * np.array([np.median(each) for each in off]), np.array([len(means) for means in bins])
-        spread = np.sqrt((count * own**2 + _USUAL * np.median(own) ** 2) / (count + _USUAL)) + 1e-8
-        kept = [means[each < 3 * limit].mean(axis=0) for means, each, limit in zip(bins, off, spread, strict=True)]
-        return _Arc(*np.column_stack([kept, spread / np.sqrt(count - _UNSEEN)]).T)
-
-
 def _circle(
-    centre: np.ndarray, arc: _Arc, parts: list[_Arc], per_load: float, known: Estimate | None = None
+    centre: np.ndarray, arc: Arc, parts: list[Arc], per_load: float, known: Estimate | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
     """Fit centre, radius and deflection a unit of load, with standard deviations.
 
@@ -361,7 +242,7 @@ def _circle(
     return solution, np.sqrt(np.maximum(np.diag(covariance), jackknife(left_out)))
 
 
-def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
+def _fit_circle(arc: Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Fit centre (from the bins' centre), radius and deflection a unit of load to a binned arc; with covariance.
 
     The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
@@ -388,7 +269,7 @@ def _fit_circle(arc: _Arc, per_load: float, known: Estimate | None = None) -> tu
     return p, np.linalg.inv(normal)
 
 
-def _bends(arc: _Arc, per_load: float, beyond: float, known: Estimate | None = None) -> list[float]:
+def _bends(arc: Arc, per_load: float, beyond: float, known: Estimate | None = None) -> list[float]:
     """Return by how much centre and radius err at most, m, where the line lies `beyond` below a shaft under its load at rest.
 
     It does so in proportion to the load: part of it the fit takes for deflection, and the radius it knows stays.
@@ -400,7 +281,7 @@ def _bends(arc: _Arc, per_load: float, beyond: float, known: Estimate | None = N
 
 def _gap(
     xy: np.ndarray,
-    cells: _Cells,
+    cells: Cells,
     p: np.ndarray,
     sigma: np.ndarray,
     settled: float,
@@ -434,7 +315,7 @@ def _gap(
     )
 
 
-def _oval(cells: _Cells, p: np.ndarray) -> Estimate:
+def _oval(cells: Cells, p: np.ndarray) -> Estimate:
     """Second harmonic of the radius over the angle; what differs from one part of the time to the next is its error."""
     if cells.halfwidth < np.deg2rad(50):
         return Estimate.missing(
@@ -451,7 +332,7 @@ def _oval(cells: _Cells, p: np.ndarray) -> Estimate:
     return Estimate(amplitude, max(0.0, amplitude - width), amplitude + width, "um", rule, kind="0-pk")
 
 
-def _second_harmonic(arc: _Arc, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _second_harmonic(arc: Arc, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Cosine and sine of twice the angle in the radius, and their variances by the bins' own errors."""
     columns = [
         np.sin(arc.angle),
@@ -467,15 +348,3 @@ def _second_harmonic(arc: _Arc, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     chi = max(1.0, float(left @ left) / max(len(y) - 5, 1))
     covariance = np.linalg.pinv(jac.T @ (jac / arc.sigma[:, None] ** 2)) * chi
     return solution[3:], np.diag(covariance)[3:]
-
-
-def _lowpass(data: np.ndarray, rate: float) -> np.ndarray:
-    """Zero-phase low-pass at `_LOWPASS_HZ` (frequency domain; the ends are mirrored)."""
-    from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
-
-    pad = min(len(data) - 1, int(0.1 * rate))
-    head, tail = 2 * data[0] - data[pad:0:-1], 2 * data[-1] - data[-2 : -pad - 2 : -1]
-    long = np.concatenate([head, data, tail]).T
-    n = next_fast_len(long.shape[1], real=True)
-    spectrum = rfft(long, n) / (1 + (rfftfreq(n, 1 / rate) / _LOWPASS_HZ) ** 8)
-    return np.asarray(irfft(spectrum, n)[:, pad : pad + len(data)]).T

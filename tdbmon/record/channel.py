@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from tdbmon.sha256 import sha256_of
 
 _COUNTED = "the file's times repeat themselves: counted by the rate that it states"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
+_SHORTEST = 1e-7  # s between samples: nobody records a rotor at 10 MHz
 _FEW = 0.01  # of the samples: more that repeat themselves come of stamps that are too coarse
 _DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
 _OVERLOAD = (9.89e37, 9.92e37)  # by SCPI an instrument was overloaded (9.9e37), or has no value (9.91e37)
@@ -35,13 +36,14 @@ class Channel:
     name : str
         As in the file.
     values : numpy.ndarray, shape (n,)
-        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.
+        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.  Moments
+        (datetime64) become seconds since the first of the file, and so does a `time` of moments.
     unit : str
         As in the file; "" where the file states none.
     start, interval : float
         First sample and sampling interval, s; used where `time` is None, the interval also where that repeats itself.
     time : numpy.ndarray, shape (n,), optional
-        Time of every sample, s.
+        Time of every sample, s or moments.
     scale, offset : float
         Of packed values; integers with a scale other than 1 have a full scale.
     long_name : str
@@ -113,7 +115,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     InputError
         If there is no channel, two channels bear one name, or a time base does not increase.
     """
-    channels = [channel for channel in content.channels if not channel.fault]
+    channels = _in_seconds([channel for channel in content.channels if not channel.fault])
     left_out = {channel.name: channel.fault for channel in content.channels if channel.fault}
     if not channels:
         told = next((f" ('{name}': {fault})" for name, fault in left_out.items()), "")
@@ -159,6 +161,28 @@ def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[fl
     codes = np.iinfo(dtype)
     ends = (codes.min * scale + offset, codes.max * scale + offset)
     return min(ends), max(ends)
+
+
+def _in_seconds(channels: list[Channel]) -> list[Channel]:
+    """Return channels whose moments are seconds since the first of all."""
+    found = {
+        id(array): array
+        for channel in channels
+        for array in (channel.time, channel.values)
+        if array is not None and array.dtype.kind == "M"
+    }
+    if not found:
+        return channels
+    first = min(array[0] for array in found.values())
+    seconds = {key: (array - first) / np.timedelta64(1, "s") for key, array in found.items()}
+    return [
+        replace(
+            channel,
+            time=seconds.get(id(channel.time), channel.time),
+            values=seconds.get(id(channel.values), channel.values),
+        )
+        for channel in channels
+    ]
 
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:
@@ -334,6 +358,11 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
         raise InputError(
             f"{path}: time does not increase after sample {at + 1} ({time[at]:.9g} s, then {time[at + 1]:.9g} s);"
             f" {_why_not_on(channel, time, steps, at)} (channel '{channel.name}')"
+        )
+    if steps.size and (apart := float(np.median(steps))) < _SHORTEST:
+        raise InputError(
+            f"{path}: by its times, channel '{channel.name}' has a sample every {apart:.3g} s: they are not in s; state their"
+            " unit, as in 'Time [ms]', or 'Time [d]' for the days that a spreadsheet counts"
         )
     return time
 

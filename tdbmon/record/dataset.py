@@ -7,7 +7,7 @@ import xarray as xr
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import full_scale_of, si_unit
-from tdbmon.record.timebase import time_factor
+from tdbmon.record.timebase import moments, time_factor
 
 
 def as_record(ds: xr.Dataset) -> xr.Dataset:
@@ -59,7 +59,8 @@ def _time(ds: xr.Dataset, dimension: str, source: str) -> xr.DataArray:
         raise InputError(
             f"{source}: the coordinate '{dimension}' is {held}; give the times of the samples in s, or as dates"
         )
-    return time
+    counted = moments(time.values, str(time.attrs.get("units", ""))) if time.dtype.kind in "iu" else None
+    return time if counted is None else xr.DataArray(counted, dims=time.dims, attrs=time.attrs)
 
 
 def _factor(time: xr.DataArray) -> float | None:

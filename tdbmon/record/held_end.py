@@ -18,7 +18,7 @@ from tdbmon.record.finding import Check, um
 Path = tuple[NDArray[np.float64], NDArray[np.complex128]]
 
 _TOUCHED = 0.75  # of the smallest gap: who never gets so far from where he levitated touched nothing
-_HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
+HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
 _WAITS = 5.0  # times the fall through the gap: the other end has fallen for so long at least
 _FREE = 0.9  # of that time, before which nothing is touched
 _LATE = 0.25  # of what follows the other end's fall: there the shaft has settled, if it does
@@ -76,7 +76,7 @@ def held_ends(paths: Mapping[str, Path], machine: Machine) -> dict[str, float]:
     if machine.gravity <= 0:
         return {}
     seen = {end: (t[good], z[good]) for end, (t, z) in paths.items() if (good := np.isfinite(z)).any()}
-    starts = {end: middle(z[t < t[0] + _HEAD_S]) for end, (t, z) in seen.items()}
+    starts = {end: middle(z[t < t[0] + HEAD_S]) for end, (t, z) in seen.items()}
     away = {end: np.abs(z - starts[end]) for end, (_, z) in seen.items()}
     inside = [end for end in seen if never_touches(starts[end], float(away[end].max()), machine.bearing(end))]
     fell = falls_at({end: seen[end] for end in seen if end not in inside}, machine)
@@ -100,7 +100,7 @@ def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
         if not good.any():
             continue
         time, z = time[good], z[good]
-        z = z - middle(z[time < time[0] + _HEAD_S])
+        z = z - middle(z[time < time[0] + HEAD_S])
         far = np.abs(z) > _TOUCHED * machine.bearing(end).radial_gap.low
         when += [float(time[np.argmax(far)])] if far.any() else []
     return min(when, default=None)
@@ -133,7 +133,7 @@ def turns_throughout(
         return False
     long = _TURNS / hz
     stretches = (
-        time < min(fell - 2 * _HEAD_S, time[0] + long),
+        time < min(fell - 2 * HEAD_S, time[0] + long),
         (time > fell + _BOUNCING_S) & (time < fell + _BOUNCING_S + long),
     )
     return all(_turns(time[part], signal[part], hz) for part in stretches)

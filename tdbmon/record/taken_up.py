@@ -15,11 +15,10 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.direction_checks import STANDS, motions_of
 from tdbmon.record.finding import Check
-from tdbmon.record.held_end import Path, falls_at, middle
+from tdbmon.record.held_end import HEAD_S, Path, falls_at, middle
 from tdbmon.record.timebase import usual_interval
 from tdbmon.runs import runs_of
 
-_HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
 _HOVERS_S = 0.07  # longer than any bounce lasts or swing goes so high
 _FEWEST = 20  # samples in that time, without which it is not that long: times in ms read as s have two
 _NEAR = 0.1  # of the gap, beyond the levitated orbit, within which it hovers where it levitated
@@ -63,7 +62,7 @@ def _of_end(motions: Mapping[str, Path], end: str, machine: Machine) -> tuple[fl
     if fell is None:
         return None
     gap = machine.bearing(end).radial_gap.nominal
-    head = z[time < time[0] + _HEAD_S]
+    head = z[time < time[0] + HEAD_S]
     start = middle(head)
     away, orbit = np.abs(z - start), float(np.abs(head - start).max())
     if orbit > STANDS * gap:  # the record begins in the fall or a bounce: nothing tells where the shaft levitates

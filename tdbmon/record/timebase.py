@@ -23,11 +23,17 @@ _RATE_NAMES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplef
                "abtastfrequenz", "messrate"}  # fmt: skip
 _START_NAMES = {"t0", "tstart", "starttime", "timestart", "wfstartoffset", "xstart", "offsettime"}
 
+_NO_UNIT = ("", "1", "-")
+_SECONDS = 10**9, 0  # ns of a tick, and its count at 1970
+_TICKS = ((1, 0), (10**3, 0), (10**6, 0), (100, 116444736 * 10**9), _SECONDS)  # the fourth is Windows' file time
+_RECORDED = [int(np.datetime64(day, "ns").astype(np.int64)) for day in ("1980-01-01", "2100-01-01")]
+
 LONG = 1.5  # times the usual interval: above, the time axis skips a sample
 
 _PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
 _DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # what is left of them is no thousands separator
+_DEWESOFT = re.compile(r"Data\d+_time_")  # in its MATLAB files, Data1_time_NDE_A beside Data1_NDE_A
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 
 
@@ -88,6 +94,7 @@ def is_time_name(name: str) -> bool:
     return (
         _plain(bare) in _TIME_NAMES
         or re.fullmatch(r"(?i)(time|zeit|temps)[\s_\-.:/]*(\d+|axis|.*-\s*\S.*)?", bare) is not None
+        or _DEWESOFT.match(bare) is not None
     )
 
 
@@ -97,12 +104,32 @@ def time_factor(unit: str) -> float | None:
     No unit means s; ``"seconds since 2026-03-10"`` counts from an epoch that does not matter here.
     """
     text = unit.strip().split(" since ")[0]
-    if not text or text in ("1", "-"):
+    if text in _NO_UNIT:
         return 1.0
     try:
         return scale(text, "s")
     except InputError:
         return None
+
+
+def moments(values: np.ndarray, unit: str) -> np.ndarray | None:
+    """Return the moments that a count of ticks since 1970 (or 1601, as Windows counts) stands for; None where it is none.
+
+    As floats they would lose the digits that tell samples apart.  Without a unit their size tells what is counted.  Seconds
+    with decimals are read as they are.
+    """
+    whole = values.dtype.kind in "iu"
+    if values.size == 0 or not np.isfinite(values[0]):
+        return None
+    first, stated = int(values[0]), unit.strip() not in _NO_UNIT
+    counted = next(((tick, at) for tick, at in _TICKS if _RECORDED[0] <= (first - at) * tick < _RECORDED[1]), None)
+    if counted is None or (not whole and (stated or counted == _SECONDS)):
+        return None
+    tick, at = counted
+    if stated and round((time_factor(unit) or 0.0) * 1e9) != tick:
+        return None
+    since = (values.astype(np.int64) - first) * tick if whole else np.rint((values - first) * tick)
+    return np.datetime64((first - at) * tick, "ns") + since.astype("timedelta64[ns]")
 
 
 def interval_of(entries: Mapping[str, Any]) -> float | None:

@@ -18,7 +18,7 @@ from tdbsim.units import si_unit_of
 
 from tdbmon.record.channel import Channel
 from tdbmon.record.date import first_dated
-from tdbmon.record.timebase import interval_of, is_time_name, split_unit, start_of, time_factor
+from tdbmon.record.timebase import interval_of, is_time_name, moments, split_unit, start_of, time_factor
 
 _UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
 _NAME_KEYS = ("name", "channel_name", "channelname", "label")
@@ -31,7 +31,7 @@ _PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "yd
 
 @dataclass(frozen=True)
 class Leaf:
-    """A numeric array (1-D, or 2-D with channels along the shorter side) with its attributes."""
+    """An array of numbers or moments (1-D, or 2-D with channels along the shorter side) with its attributes."""
 
     name: str
     values: np.ndarray
@@ -174,7 +174,7 @@ def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:
     values = leaf.values
     if values.dtype.kind == "b":
         values = values.astype(np.int8)
-    if values.dtype.kind not in "iuf" or values.ndim not in (1, 2) or values.size == 0:
+    if values.dtype.kind not in "iufM" or values.ndim not in (1, 2) or values.size == 0:
         return []
     if values.ndim == 1 or 1 in values.shape:
         return [replace(leaf, values=values.reshape(-1))]
@@ -208,11 +208,22 @@ def _texts(entries: Mapping[str, Any], keys: tuple[str, ...], count: int) -> lis
 def _time(leaf: Leaf) -> np.ndarray | None:
     if not is_time_name(leaf.name):
         return None
-    unit = first_text(leaf.attributes, _UNIT_KEYS)
-    if unit is None:
-        unit = split_unit(leaf.name)[1] or ""
+    unit = _unit(leaf)
     factor = time_factor(unit)
-    return None if factor is None else np.asarray(leaf.values, dtype=np.float64) * factor
+    return None if factor is None else _times(leaf.values, unit, factor)
+
+
+def _unit(leaf: Leaf) -> str:
+    unit = first_text(leaf.attributes, _UNIT_KEYS)
+    return unit if unit is not None else split_unit(leaf.name)[1] or ""
+
+
+def _times(values: np.ndarray, unit: str, factor: float) -> np.ndarray:
+    """Return times in s, or as moments."""
+    if values.dtype.kind == "M":
+        return values
+    counted = moments(values, unit)
+    return counted if counted is not None else np.asarray(values, dtype=np.float64) * factor
 
 
 def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
@@ -222,14 +233,15 @@ def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
     """
     repeats: dict[int, np.ndarray] = {}
     for i, leaf in enumerate(leaves):
-        unit = si_unit_of(first_text(leaf.attributes, _UNIT_KEYS) or split_unit(leaf.name)[1] or "")
-        if unit is None or unit[0] != "s" or leaf.values.size < 2:
+        unit = _unit(leaf)
+        si = si_unit_of(unit)
+        if si is None or si[0] != "s" or leaf.values.size < 2:
             continue
         steps = np.diff(leaf.values)
         if np.all(steps > 0):
-            return {i: np.asarray(leaf.values, dtype=np.float64) * unit[1]}
+            return {i: _times(leaf.values, unit, si[1])}
         if np.all(steps >= 0) and not repeats:
-            repeats = {i: np.asarray(leaf.values, dtype=np.float64) * unit[1]}
+            repeats = {i: _times(leaf.values, unit, si[1])}
     return repeats
 
 

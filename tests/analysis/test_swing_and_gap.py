@@ -16,8 +16,9 @@ from tdbsim.rotor import RotorModel, build_rotor, static_loads
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.expected_lines import expected_lines
-from tdbmon.analysis.gap import NoCircle, _Cells, fit_gap, settled_from
+from tdbmon.analysis.gap import NoCircle, fit_gap, settled_from
 from tdbmon.analysis.rest import RestTravel, path_radius, total_travel
+from tdbmon.analysis.settled_arc import Cells
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.analysis.swing import _peak, _track, carried_shares, find_swing, predicted_swing, predicted_ways
 from tdbmon.estimate import Estimate
@@ -195,7 +196,7 @@ def test_three_blocks_that_happen_to_agree_make_no_sure_bin():
     radius = 300e-6 + 0.5e-6 * rng.standard_normal(len(bins))
     radius[bins == 12] = 299e-6
     means = np.column_stack([np.deg2rad(3.0 * bins), radius, np.ones(len(bins))])
-    arc = _Cells(np.zeros(2), 0.5, bins, np.arange(len(bins)), means).arc()
+    arc = Cells(np.zeros(2), 0.5, bins, np.arange(len(bins)), means).arc()
     assert len(arc.angle) == 13
     assert np.median(arc.sigma[:12]) == pytest.approx(0.5e-6 / np.sqrt(20), rel=0.3)
     assert arc.sigma[12] > 2.5 * np.median(arc.sigma[:12])

@@ -8,9 +8,18 @@ from pathlib import Path
 
 import netCDF4
 import numpy as np
+import xarray as xr
+
+from tdbmon.record.read import read
 
 RATE = 10_000.0
 NAMES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
+
+
+def read_table(tmp_path: Path, text: str | bytes) -> xr.Dataset:
+    path = tmp_path / "table.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
+    return read(path)
 
 
 def signals(n: int = 2000, seed: int = 1) -> dict[str, np.ndarray]:

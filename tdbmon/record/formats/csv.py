@@ -14,11 +14,13 @@ from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content, si_unit
 from tdbmon.record.date import first_dated, iso_date
-from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, split
+from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, plain, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
 _TIME_WORD = re.compile(r"(?i)(?:time|zeit|temps|t)(?![^\W\d_])")  # with which a name begins
+_HALF_OF_DAY = re.compile(r"\s*([aApP])\.?[mM]\.?\s*$")
+_WHOLE_SECOND = re.compile(r"(:\d\d:\d\d)(?![\d.])")
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 
@@ -40,22 +42,18 @@ class CSV:
         leaves: list[Leaf] = []
         date = _stated_moment(layout.header.entries)
         columns = _columns(lines, layout, path)
-        moments = [column.first for column in columns if column is not None and column.first is not None]
         for name, unit, caption, column in zip(
             layout.header.names, layout.header.units, layout.header.captions, columns, strict=True
         ):
             attributes: dict[str, Any] = {"long_name": caption} if caption else {}
             if column is None:
                 continue
-            values = column.values
             if column.began is not None:
                 date = first_dated((date, column.began))
                 attributes["unit"] = "s"
-                if column.first is not None and column.first > min(moments):
-                    values = values + (column.first - min(moments)).total_seconds()
             elif unit is not None:
                 attributes["unit"] = unit
-            leaves.append(Leaf(name, values, attributes))
+            leaves.append(Leaf(name, column.values, attributes))
         leaves = _further_times(leaves)
         date = first_dated((date, _first_moment(lines, layout)))
         entries = layout.header.entries
@@ -116,11 +114,10 @@ def _cut_off(lines: list[str]) -> str:
 
 @dataclass(frozen=True)
 class _Column:
-    """Numbers; or seconds, with what the date of the first is, and since which moment they count where that has a day."""
+    """Numbers; or moments, or seconds of a clock, with what the date of the first is."""
 
     values: np.ndarray
     began: str | None = None
-    first: Any = None
 
 
 def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | None]:
@@ -155,8 +152,7 @@ def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -
         return None  # the day beside a clock column
     import pandas as pd
 
-    plain = texts.str.replace(layout.decimal, ".", regex=False).str.replace("[dD]", "e", regex=True)  # 1D-3 of Fortran
-    numbers = pd.to_numeric(plain, errors="coerce")
+    numbers = pd.to_numeric(plain(texts, layout.decimal), errors="coerce")
     wrong = np.flatnonzero(numbers.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
         return _Column(np.asarray(numbers, dtype=np.float64))
@@ -173,42 +169,56 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
     texts = texts.str.replace(",", ".")
     try:
         if texts.iloc[0][:4].isdigit():
-            readings = [pd.to_datetime(texts, format="ISO8601")]
+            halves = _HALF_OF_DAY.search(texts.iloc[0])
+            readings = [_dated(texts, "Ymd") if halves else pd.to_datetime(texts, format="ISO8601")]
         else:
-            orders = (True, False) if "/" in texts.iloc[0] else (True,)  # 03/11/2026 is two days at two places
+            orders = ("dmY", "mdY") if "/" in texts.iloc[0] else ("dmY",)  # 03/11/2026 is two days at two places
             readings = [_dated(texts, order) for order in orders]
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
-    elapsed = [np.asarray((each - each.iloc[0]).dt.total_seconds(), dtype=np.float64) for each in readings]
     # past midnight the wrong order jumps by weeks; within a day both give one time, and the day stays open
-    right = min(range(len(readings)), key=lambda k: float(np.ptp(elapsed[k])))
-    open_day = len({str(each.iloc[0]) for each in readings}) > 1 and np.ptp(elapsed[0]) == np.ptp(elapsed[-1])
-    first = readings[right].iloc[0]
-    began = str(texts.iloc[0]) if open_day else str(first.isoformat())
-    return _Column(elapsed[right], began, first if first.tz is None else first.tz_convert(None))
+    lasting = [each.max() - each.min() for each in readings]
+    right = readings[int(np.argmin(lasting))]
+    open_day = len({str(each.iloc[0]) for each in readings}) > 1 and lasting[0] == lasting[-1]
+    began = str(texts.iloc[0] if open_day else right.iloc[0].isoformat())
+    in_one_zone = right if right.dt.tz is None else right.dt.tz_convert(None)
+    return _Column(in_one_zone.to_numpy("datetime64[ns]"), began)
 
 
-def _dated(texts: Any, day_first: bool) -> Any:
-    """Return moments whose day is written with its year last; a guess at each one alone takes twenty times as long."""
+def _dated(texts: Any, order: str) -> Any:
+    """Return moments of one form; a guess at each one alone takes twenty times as long."""
     import pandas as pd
 
-    sign = "/" if "/" in texts.iloc[0] else "."
-    day = sign.join(("%d", "%m", "%Y") if day_first else ("%m", "%d", "%Y"))
-    for clock in ("%H:%M:%S.%f", "%H:%M:%S"):
+    sign = texts.iloc[0].lstrip("0123456789")[0]
+    day, clock = sign.join(f"%{each}" for each in order), "%H:%M:%S{}"
+    if _HALF_OF_DAY.search(texts.iloc[0]):
+        texts, clock = texts.str.replace(_HALF_OF_DAY, r" \1M", regex=True), "%I:%M:%S{} %p"
+    for fraction in (".%f", ""):
         try:
-            return pd.to_datetime(texts, format=f"{day} {clock}")
+            return pd.to_datetime(texts, format=f"{day} {clock.format(fraction)}")
         except ValueError:
             continue
-    return pd.to_datetime(texts, dayfirst=day_first, format="mixed")
+    try:  # whole seconds among others
+        return pd.to_datetime(
+            texts.str.replace(_WHOLE_SECOND, r"\1.0", regex=True), format=f"{day} {clock.format('.%f')}"
+        )
+    except ValueError:
+        return pd.to_datetime(texts, dayfirst=order == "dmY", format="mixed")
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:
     import pandas as pd
 
+    clocks = texts.str.replace(",", ".")
+    halves = _HALF_OF_DAY.search(clocks.iloc[0]) is not None
+    bare = clocks.str.replace(_HALF_OF_DAY, "", regex=True) if halves else clocks
     try:
-        elapsed = pd.to_timedelta(texts.str.replace(",", ".").where(texts.str.count(":") > 1, "00:" + texts))
+        elapsed = pd.to_timedelta(bare.where(bare.str.count(":") > 1, bare + ":00" if halves else "00:" + bare))
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds times that cannot be read; write seconds instead") from None
+    if halves:
+        half = pd.Timedelta(hours=12)
+        elapsed = elapsed % half + clocks.str.contains("p", case=False).astype(int) * half
     seconds = np.array(elapsed.dt.total_seconds(), dtype=np.float64)
     seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # past midnight
     return _Column(seconds, "")

@@ -12,6 +12,7 @@ from tdbmon.record.channel import Channel, Content
 from tdbmon.record.formats.hdf5 import HDF5_MAGIC
 from tdbmon.record.formats.mat5_structure import check_structure
 from tdbmon.record.formats.stored_size import check_size
+from tdbmon.record.formats.testlab import with_plain_signals
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title, text_of
 
 _OPAQUE = ("s0", "s1", "s2", "arr")  # as scipy hands out an object: its name, its system, its class, and a reference
@@ -31,7 +32,9 @@ class MAT:
         with path.open("rb") as file:
             head = file.read(520)
         objects: dict[str, str] = {}
-        root = _version_73(path, objects) if head[512:520] == HDF5_MAGIC else _version_5(path, objects)
+        root = with_plain_signals(
+            _version_73(path, objects) if head[512:520] == HDF5_MAGIC else _version_5(path, objects)
+        )
         untold = tuple(Channel(name, np.empty(0), fault=f"it is {what}") for name, what in objects.items())
         try:
             channels = channels_of(root, path)

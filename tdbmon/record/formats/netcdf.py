@@ -16,7 +16,7 @@ from tdbmon.record.channel import Channel, Content, full_scale_of
 from tdbmon.record.date import first_dated
 from tdbmon.record.formats.hdf5 import HDF5_MAGIC
 from tdbmon.record.formats.stored_size import check_size
-from tdbmon.record.timebase import interval_of, is_time_name, time_factor
+from tdbmon.record.timebase import interval_of, is_time_name, moments, time_factor
 from tdbmon.record.tree import stated_date, stated_title
 
 _FIRST_YEAR = 1980  # nobody recorded a drop before; epochs in a local time lie there (1970-01-01 01:00)
@@ -172,9 +172,12 @@ def _time_of(group: Any, dimension: str) -> np.ndarray | None:
     while node is not None:
         for name, variable in node.variables.items():
             if variable.dimensions == (dimension,) and _is_number(variable) and _is_time(node, name):
-                factor = time_factor(getattr(variable, "units", "s"))
+                unit = str(getattr(variable, "units", ""))
+                factor = time_factor(unit)
                 if factor is not None:
-                    return np.asarray(_physical(variable) * factor)
+                    raw, scale, offset, _ = _unpacked(variable)
+                    counted = moments(raw, unit) if scale == 1.0 and offset == 0.0 else None
+                    return counted if counted is not None else np.asarray(_physical(variable) * factor)
         node = node.parent
     return None
 

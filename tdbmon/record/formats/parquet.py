@@ -33,8 +33,6 @@ class Parquet:
         entries = _decoded(table.schema.metadata)
         leaves: list[Leaf] = []
         date = stated_date(entries)
-        moments = [column.to_numpy() for column in table.columns if str(column.type).startswith("timestamp")]
-        first = min((stamps.astype(_STAMP)[0] for stamps in moments if stamps.size), default=None)
         for field, column in zip(table.schema, table.columns, strict=True):
             attributes = _decoded(field.metadata)
             kind = str(field.type)
@@ -42,7 +40,7 @@ class Parquet:
                 stamps = column.to_numpy().astype(_STAMP)
                 if stamps.size:
                     date = first_dated((date, str(np.datetime_as_string(stamps[0], unit="ms"))))
-                    leaves.append(Leaf(field.name, (stamps - first) / np.timedelta64(1, "s"), {"units": "s"}))
+                    leaves.append(Leaf(field.name, stamps, {"units": "s"}))
                 continue
             if kind.startswith("duration"):
                 elapsed = column.to_numpy().astype("timedelta64[ns]") / np.timedelta64(1, "s")

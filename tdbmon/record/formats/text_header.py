@@ -10,10 +10,11 @@ from pathlib import Path
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of, split_kind
 
-from tdbmon.record.formats.text_cells import COMMENT, is_number, numbers_columns, split
+from tdbmon.record.formats.text_cells import COMMENT, is_number, is_row, numbers_columns, split
 from tdbmon.record.timebase import is_time_name, split_unit, time_factor
 
 _MOST_ROWS = 3  # of names, units and remarks
+_MOST_TOLD = 60  # lines: catman tells 29 things of a channel
 _FEWEST_NAMES = 3  # cells of text in a line that make it a row of names
 _REMARKS = {"comment", "comments", "kommentar", "bemerkung", "remark", "remarks", "note", "notes", "marker"}
 _UNIT_LABELS = {"y_unit_label", "unit", "units", "einheit", "einheiten"}
@@ -41,7 +42,7 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
         If a row of names has another number of cells than the rows of numbers.
     """
     row = split(lines[first], separator)
-    rows, at = _rows_above(lines, first, separator, row)
+    rows, at = _rows_far_above(lines, first, separator, row) or _rows_above(lines, first, separator, row)
     labelled = not row[0] and bool(rows) and all(cells[0] not in ("", _LABVIEW_TIME) for cells in rows)
     if labelled:  # the first column says what each row is, and is empty beside the numbers
         rows = [["", *cells[1:]] for cells in rows]
@@ -94,6 +95,26 @@ def _rows_above(lines: list[str], first: int, separator: str, row: list[str]) ->
     if apart and not named:  # a remark with an empty line behind it
         return [], first
     return rows, at if rows else first
+
+
+def _rows_far_above(lines: list[str], first: int, separator: str, row: list[str]) -> tuple[list[list[str]], int] | None:
+    """Return the rows of names and units over many that tell more of each channel, as catman writes them, and their line."""
+    below: list[str] = []
+    for at in range(first - 1, max(first - _MOST_TOLD, -1), -1):
+        cells = _fitted(lines[at], separator, row)
+        if cells is None and lines[at].strip():
+            return None
+        if (
+            cells is not None
+            and first - at > _MOST_ROWS
+            and is_time_name(cells[0])
+            and is_unit_row(below)
+            and len(set(cells)) == len(cells)
+            and not any(is_row([cell], sign) for cell in cells for sign in ",.")
+        ):
+            return [cells, below], at
+        below = cells or []
+    return None
 
 
 def _fitted(line: str, separator: str, row: list[str]) -> list[str] | None:

@@ -74,17 +74,21 @@ def _signs(lines: list[str]) -> tuple[str, str]:
     rows = [each for each in lines if each.strip() and not COMMENT.match(each)]
     for separator in ("\t", ";", "|"):
         if separator in line:
-            cells = [cell for row in rows for cell in split(row, separator)]
-            commas, points = (sum(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
-            return separator, "," if commas > points else "."
+            return separator, _decimal(rows, separator)
     words = line.split()
     table = [row.split() for row in rows if len(row.split()) == len(words)]
     if len(words) > 1 and any("," in row for row in rows) and all(is_row(cells, ",") for cells in table):
         return " ", ","
     if "," in line:
-        quoted = split(line, ",")
-        return ",", "," if any("," in cell for cell in quoted) else "."
+        return ",", _decimal(rows, ",") if '"' in line else "."
     return (" " if len(words) > 1 and not MOMENT.fullmatch(line.strip()) else ","), "."
+
+
+def _decimal(rows: list[str], separator: str) -> str:
+    """Return the decimal sign of more cells."""
+    cells = [cell for row in rows for cell in split(row, separator)]
+    commas, points = (sum(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
+    return "," if commas > points else "."
 
 
 def _nearest_to_a_row(lines: list[str]) -> str:
@@ -100,15 +104,15 @@ def _nearest_to_a_row(lines: list[str]) -> str:
             most = len(cells) - len(wrong)
             told = (
                 f". Line {k + 1} comes nearest ('{line.strip()[:60]}'), but '{wrong[0][:40]}' is no number, date or time:"
-                " numbers need a plain form, without thousands separators, and times one of 24 hours, or seconds"
+                " numbers need a plain form, without thousands separators, and times hours, minutes and seconds, or seconds alone"
             )
     return told
 
 
 def _goes_on(lines: list[str], start: int, width: int, separator: str, decimal: str) -> bool:
-    """Tell whether the next line that is not empty is a row as well; a single row at the end counts."""
+    """Tell whether the next line that is not empty is a row as well, or begins as one; a single row at the end counts."""
     following = next((line for line in lines[start : start + 100] if line.strip() and not COMMENT.match(line)), None)
     if following is None:
         return True
     cells = split(following, separator)
-    return len(cells) == width or is_row(cells, decimal)
+    return is_row(cells, decimal) or (len(cells) == width and is_row(cells[:1], decimal))
