@@ -28,7 +28,7 @@ from tdbmon.diagnosis.effect_size import sized
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, Judge
 from tdbmon.diagnosis.slows_otherwise import WORTH, slowings_of
 from tdbmon.diagnosis.suspects import Start, Suspect
-from tdbmon.identify.slowing import Slowing, lag_factor, slowing_misfit, slowings_at
+from tdbmon.identify.slowing import Slowing, factors_of, slowing_misfit, slowings_at
 
 Array = NDArray[np.float64]
 
@@ -97,7 +97,7 @@ class Slowed:
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
-        """Return the proof on each drop in turn: size and factor of the lag are those of the other drops."""
+        """Return the proof on each drop in turn: size and factors of lag and drag are those of the other drops."""
         everything = range(len(self.bare))
         bare, wide, noise, without = [], [], [], []
         misfits = np.zeros(2)
@@ -105,7 +105,7 @@ class Slowed:
             others = [each for each in everything if each != drop]
             best = self.best(others)
             pairs = (self.bare, self.trials[best])
-            factors = [lag_factor([slowings[d] for d in others]) for slowings in pairs]
+            factors = [factors_of([slowings[d] for d in others]) for slowings in pairs]
             misfits += [s[drop].misfit(f) for s, f in zip(pairs, factors, strict=True)]
             bare.append(self.bare[drop].rest(factors[0]))
             wide.append(self.trials[best][drop].rest(factors[1]))

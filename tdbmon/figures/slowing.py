@@ -23,19 +23,19 @@ from tdbmon.figures.style import (
 )
 
 if TYPE_CHECKING:
-    from tdbmon.identify.slowing import Slowing
+    from tdbmon.identify.slowing import Factors, Slowing
 
 
 @styled
 def slowing(
-    models: Mapping[str, tuple[float, Sequence[Slowing]]], names: Sequence[str], shown: Sequence[int]
+    models: Mapping[str, tuple[Factors, Sequence[Slowing]]], names: Sequence[str], shown: Sequence[int]
 ) -> Figure:
     """Draw some drops side by side: what each model leaves of the shaft's angle.
 
     Parameters
     ----------
     models : mapping
-        By the model's name, the factor with which its simulated lag counts and its drops; two at most.
+        By the model's name, the factors with which its simulated lag and drag count, and its drops; two at most.
     names : sequence of str
         Of all drops.
     shown : sequence of int
@@ -47,14 +47,14 @@ def slowing(
     axes = subplots(figure, 1, len(shown), Margins(17, 3, 13, 20, across=4), sharey="row")
     titles = short_names([names[drop] for drop in shown])
     for ax, drop, title in zip(axes[0], shown, titles, strict=True):
-        for name, (factor, drops) in models.items():
+        for name, (factors, drops) in models.items():
             each = drops[drop]
             colour = VERMILION if name == PLAIN else BLUE
             if colour == VERMILION or len(models) == 1:
                 band = 2 * np.degrees(each.sigma)
                 ax.fill_between(each.time * 1e3, -band, band, color=LIGHT, linewidth=0, label="expected")
             ax.plot(
-                each.time * 1e3, np.degrees(each.rest(factor)), color=colour, marker="o", markersize=2.5, label=name
+                each.time * 1e3, np.degrees(each.rest(factors)), color=colour, marker="o", markersize=2.5, label=name
             )
         ax.axhline(0, color=GREY, linewidth=0.6)
         ax.set_title(title)

@@ -390,7 +390,11 @@ def _pulse_residuals(path: Path, drop: MeasuredDrop, scale: _Scale) -> Array:
 
 def _coasting_residual(path: Path, drop: MeasuredDrop) -> Array:
     """Return measured less predicted deceleration before the release; nothing where a drive held the speed."""
-    slows = path.coasting != 0.0
-    driven = drop.acceleration / np.where(slows, path.coasting, 1.0) < _DRIVEN
     sigma = math.hypot(drop.acceleration_sigma, _COASTING_FLOOR * drop.acceleration)
-    return np.where(slows & ~driven, (drop.acceleration - path.coasting) / sigma, 0.0)
+    return np.where(is_driven(drop, path.coasting), 0.0, (drop.acceleration - path.coasting) / sigma)
+
+
+def is_driven(drop: MeasuredDrop, predicted: float | Array) -> bool | Array:
+    """Return whether a drive held the speed before the release, by predicted accelerations (...), rad/s^2, of one without."""
+    slows = np.asarray(predicted) != 0.0
+    return ~slows | (drop.acceleration / np.where(slows, predicted, 1.0) < _DRIVEN)

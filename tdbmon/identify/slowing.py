@@ -3,7 +3,8 @@
 Where the shaft is in its gap can be followed for some tens of milliseconds only, since paths with impacts part.  How far it
 has turned can be followed much longer: friction takes as much speed away however the impacts fall, until the inner rings
 turn with the shaft.  The lag behind a rotor that only coasts counts with a factor of its own, the same in all drops: it is
-as uncertain as polar inertia and friction at small loads are.
+as uncertain as polar inertia and friction at small loads are.  So does the drag, within the machine file's tolerance, where a
+drive holds the speed up to the release: some tens of milliseconds tell little of a decay of many seconds.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
 
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.prediction import Prediction, coasting, predict
+from tdbmon.identify.prediction import Prediction, coasting, is_driven, predict
 from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
@@ -34,7 +35,17 @@ _LAG_SIGMA = 0.02  # of the lag, for the same reason
 _LIMIT = 400.0  # that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
+_ROWS = ("lag", "drag", "left", "sigma")
+_TOLD = 0.02  # standard deviation of the drag before the release, as a share of it: less is as good as nothing
 _CAUGHT_UP = 0.9  # of the shaft's speed, from which on a ring hardly slips
+
+
+@dataclass(frozen=True)
+class Factors:
+    """By which the simulated lag and drag count, the same in all drops."""
+
+    lag: float
+    drag: float = 1.0
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -58,6 +69,8 @@ class Slowing:
     slips : (w,) array of bool
         Whether all inner rings still turn plainly slower than the shaft up to there, as simulated: friction alone slows it then,
         whatever the rings' inertia.
+    drag_sigma : float
+        By which share the drag may be off, standard deviation; 0 where it is told before the release.
     """
 
     time: Array
@@ -67,18 +80,20 @@ class Slowing:
     held: Array
     sigma: Array
     slips: NDArray[np.bool_]
+    drag_sigma: float = 0.0
 
-    def rest(self, factor: float) -> Array:
-        """Return what is left, rad, where the simulated lag counts by a factor."""
-        return self.left - (factor - 1) * self.lag
+    def rest(self, factors: Factors) -> Array:
+        """Return what is left, rad, where simulated lag and drag count by factors."""
+        return self.left - (factors.lag - 1) * self.lag - (factors.drag - 1) * self.drag
 
     def during(self, windows: NDArray[np.bool_]) -> Slowing:
         """Return the same of some windows (w,) only."""
-        return Slowing(**{each.name: getattr(self, each.name)[windows] for each in fields(self)})
+        rows = {each.name: getattr(self, each.name)[windows] for each in fields(self) if each.name != "drag_sigma"}
+        return Slowing(**rows, drag_sigma=self.drag_sigma)
 
-    def misfit(self, factor: float) -> float:
+    def misfit(self, factors: Factors) -> float:
         """Return the sum of squares in units of their standard deviations."""
-        return float(np.minimum((self.rest(factor) / self.sigma) ** 2, _LIMIT).sum())
+        return float(np.minimum((self.rest(factors) / self.sigma) ** 2, _LIMIT).sum())
 
 
 def last_of(drop: MeasuredDrop) -> float:
@@ -121,7 +136,16 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     middle, apart, behind, dragged, holding, noise_of = np.array(rows).T
     sigma = np.sqrt(noise_of**2 + _ANGLE_SIGMA**2 + (_LAG_SIGMA * behind) ** 2)
     slips = middle + _WINDOW_S / 2 < caught_up
-    return Slowing(time=middle, left=apart, lag=behind, drag=dragged, held=holding, sigma=sigma, slips=slips)
+    return Slowing(
+        time=middle,
+        left=apart,
+        lag=behind,
+        drag=dragged,
+        held=holding,
+        sigma=sigma,
+        slips=slips,
+        drag_sigma=_drag_sigma(problem),
+    )
 
 
 def _caught_up(prediction: Prediction, since: Array) -> float:
@@ -143,19 +167,44 @@ def _coasted(model: DropModel, speed: float, since: Array) -> Array:
     return np.interp(since, grid, angle)
 
 
-def lag_factor(slowings: Sequence[Slowing]) -> float:
-    """Return the factor of the simulated lag with which drops leave least, within bounds."""
-    lag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in ("lag", "left", "sigma"))
-    power = float(np.sum((lag / sigma) ** 2))
+def factors_of(slowings: Sequence[Slowing]) -> Factors:
+    """Return the factors of simulated lag and drag with which drops leave least, that of the lag within bounds."""
+    lag, drag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in _ROWS)
+    known = max(each.drag_sigma for each in slowings)
+    power, along = float(np.sum((lag / sigma) ** 2)), np.sum(lag * left / sigma**2)
+    if known:  # what the drag may take of it
+        of_drag = float(np.sum((drag / sigma) ** 2)) + known**-2
+        shared = float(np.sum(drag * lag / sigma**2)) / of_drag
+        power -= shared**2 * of_drag
+        along -= shared * np.sum(drag * left / sigma**2)
     if power == 0.0:
-        return 1.0
-    return float(np.clip(1 + np.sum(lag * left / sigma**2) / power, _LEAST_FACTOR, _GREATEST_FACTOR))
+        return Factors(1.0)
+    factor = float(np.clip(1 + along / power, _LEAST_FACTOR, _GREATEST_FACTOR))
+    if not known:
+        return Factors(factor)
+    return Factors(factor, 1 + float(np.sum(drag * (left - (factor - 1) * lag) / sigma**2)) / of_drag)
 
 
 def slowing_misfit(slowings: Sequence[Slowing]) -> float:
-    """Return the sum of squares of drops, where the simulated lag counts by the factor that suits them best."""
-    factor = lag_factor(slowings)
-    return sum(each.misfit(factor) for each in slowings)
+    """Return the sum of squares of drops, where simulated lag and drag count by the factors that suit them best."""
+    factors, known = factors_of(slowings), max(each.drag_sigma for each in slowings)
+    against = ((factors.drag - 1) / known) ** 2 if known else 0.0
+    return sum(each.misfit(factors) for each in slowings) + against
+
+
+def _drag_sigma(problem: Problem) -> float:
+    """Return by which share the drag of a machine may be off, standard deviation; 0 where it is told before the release."""
+    decay = problem.model.machine.rotor.speed_decay_time
+    if decay is None or decay.high == decay.low:
+        return 0.0
+    told = [_coasting_told(drop, problem.model) for drop in problem.drops]
+    sigma = 1 / math.sqrt((4 * decay.nominal / (decay.high - decay.low)) ** 2 + sum(each**2 for each in told))
+    return sigma if sigma > _TOLD else 0.0
+
+
+def _coasting_told(drop: MeasuredDrop, model: DropModel) -> float:
+    """Return of how many standard deviations the deceleration before a release is; 0 where a drive holds the speed."""
+    return 0.0 if is_driven(drop, coasting(model, drop.omega)) else abs(drop.acceleration) / drop.acceleration_sigma
 
 
 def slowings_at(problem: Problem, point: Array, horizon: float) -> tuple[Slowing, ...] | None:

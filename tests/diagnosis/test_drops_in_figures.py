@@ -18,7 +18,7 @@ from tdbmon.figures.residual_force import force_against_place, force_against_tim
 from tdbmon.figures.residual_map import residual_map
 from tdbmon.figures.residual_spectrum import residual_spectrum
 from tdbmon.figures.slowing import slowing
-from tdbmon.identify.slowing import Slowing
+from tdbmon.identify.slowing import Factors, Slowing
 from tests.diagnosis.reported import late_of
 from tests.figure_checks import faults, rendered, texts
 
@@ -35,7 +35,7 @@ def _slowing(evidence: Evidence, names: Sequence[str]) -> Figure:
     time = np.linspace(0.05, 0.2, 4)
     values = dict.fromkeys(("time", "left", "lag", "drag", "held", "sigma"), time)
     made = [Slowing(**values, slips=time > 0) for _ in names]
-    return slowing({PLAIN: (1.0, made)}, names, range(len(names)))
+    return slowing({PLAIN: (Factors(1.0), made)}, names, range(len(names)))
 
 
 def _places(evidence: Evidence, names: Sequence[str]) -> Figure:

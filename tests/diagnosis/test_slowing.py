@@ -16,7 +16,7 @@ from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.diagnosis.slowing_cause import with_slowing
 from tdbmon.diagnosis.slows_otherwise import slowing_beside, slowings_of, torques_beside_lag
 from tdbmon.diagnosis.suspects import suspects
-from tdbmon.identify.slowing import Slowing, lag_factor, slowing_of
+from tdbmon.identify.slowing import Factors, Slowing, factors_of, slowing_misfit, slowing_of
 from tdbmon.shipped import shipped
 from tests.diagnosis import simulated
 
@@ -49,8 +49,30 @@ def test_a_lag_by_another_factor_leaves_nothing(factor, lags):
     each = Slowing(
         time=one, left=(factor - 1) * lag, lag=lag, drag=0 * one, held=0 * one, sigma=0.02 * one, slips=one > 0
     )
-    assert lag_factor([each]) == pytest.approx(factor)
-    assert each.misfit(factor) == pytest.approx(0.0, abs=1e-9)
+    assert factors_of([each]).lag == pytest.approx(factor)
+    assert each.misfit(Factors(factor)) == pytest.approx(0.0, abs=1e-9)
+
+
+@given(st.floats(0.6, 2.9), st.floats(-0.2, 0.2))
+def test_a_drag_that_nothing_told_before_is_told_beside_the_lag(factor, off):
+    """The lag ends when the rings turn with the shaft; the drag goes on."""
+    time = np.linspace(0.05, 0.5, 23)
+    lag, drag, known = -3 * np.minimum(time, 0.2) ** 2, -60 * time**2, 0.125
+    each = Slowing(
+        time=time,
+        left=(factor - 1) * lag + off * drag,
+        lag=lag,
+        drag=drag,
+        held=0 * time,
+        sigma=0.005 + 0 * time,
+        slips=time < 0.2,
+        drag_sigma=known,
+    )
+    told = factors_of([each])
+    assert told.lag == pytest.approx(factor, abs=0.01)
+    assert told.drag == pytest.approx(1 + off, abs=1e-3)
+    assert slowing_misfit([each]) == pytest.approx((off / known) ** 2, abs=0.01)
+    assert slowing_misfit([replace(each, drag_sigma=0.0)]) > slowing_misfit([each]) - 1e-9
 
 
 def test_the_rotor_loses_the_momentum_that_the_rings_gain(crew):
@@ -133,17 +155,47 @@ def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew
     assert "so that they take less to be turned than in the file" in said
 
 
-def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew):
-    """A decay time 12 % off looks like a quarter of the lag, and is within a tolerance of 25 %."""
-    problem = problem_of(crew)
+def with_drag_off(problem, factor):
+    """The same where the model's drag counts by a factor, within a tolerance of its decay time of 25 %."""
     off = problem.model.copy()
-    off.arrays.spin[DECAY_RATE] *= 1.12
+    off.arrays.spin[DECAY_RATE] *= factor
     decay = off.machine.rotor.speed_decay_time.nominal
     loose = {"speed_decay_time": Tolerant(nominal=decay, low=0.75 * decay, high=1.25 * decay)}
     machine = off.machine.model_copy(update={"rotor": off.machine.rotor.model_copy(update=loose)})
-    plain = settled_plain(replace(problem, model=replace(off, machine=machine)))
-    assert abs(lag_factor(slowings_of(plain)) - 1) > 0.2
+    return replace(problem, model=replace(off, machine=machine))
+
+
+@pytest.mark.parametrize("factor", [0.85, 1.12])
+def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew, factor):
+    """It looks like a quarter of the lag and more; in these drops a drive holds the speed up to the release."""
+    plain = settled_plain(with_drag_off(problem_of(crew), factor))
+    within, as_stated = slowings_of(plain), [replace(each, drag_sigma=0.0) for each in slowings_of(plain)]
+    assert abs(factors_of(as_stated).lag - 1) > 0.2
+    assert abs(factors_of(within).lag - 1) < 0.08
+    assert (factors_of(within).drag - 1) * (1 / factor - 1) > 0
+    assert slowing_misfit(within) < slows_otherwise.WORTH
     assert slowing_beside(plain).remarks == ()
+
+
+def test_a_drag_that_is_told_before_the_release_counts_as_fitted(crew):
+    problem = with_drag_off(problem_of(crew), 1.12)
+    rate = problem.model.arrays.spin[DECAY_RATE]
+    coasted = [
+        replace(d, acceleration=-rate * d.omega, acceleration_sigma=0.003 * rate * abs(d.omega)) for d in problem.drops
+    ]
+    held, told = (settled_plain(replace(problem, drops=tuple(drops))) for drops in (problem.drops, coasted))
+    assert slowings_of(held)[0].drag_sigma == pytest.approx(0.125)
+    assert slowings_of(told)[0].drag_sigma == 0.0
+    assert factors_of(slowings_of(told)).drag == 1.0
+
+
+def test_a_ring_that_is_hard_to_turn_is_no_drag_that_is_off(crew):
+    problem = with_drag_off(problem_of(crew, f"ring_drag:end=DE,torque={TORQUE} N m", seconds=0.5), 1.12)
+    everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
+    field, slowed = with_slowing([settled_plain(problem)], everyone)
+    assert field[0].name == "ring_drag@DE"
+    assert slowed is not None
+    assert field[0].starts()[0].shared["torque"] == pytest.approx(TORQUE, rel=0.25)
 
 
 def slowed_from_the_release(problem, torques):

@@ -6,7 +6,7 @@ from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.slows_otherwise import lag_beside_drag, torque_in_words, torques_beside_lag
-from tdbmon.identify.slowing import lag_factor
+from tdbmon.identify.slowing import factors_of
 from tdbmon.report.document import Figure, Paragraph, Section
 
 
@@ -17,10 +17,19 @@ def section(evidence: Evidence) -> Section | None:
     from tdbmon.figures.measured_against_simulated import PLAIN
     from tdbmon.figures.slowing import slowing
 
-    models = {PLAIN: (lag_factor(evidence.plain_slowing), evidence.plain_slowing)}
+    models = {PLAIN: (factors_of(evidence.plain_slowing), evidence.plain_slowing)}
     if evidence.extended_slowing is not None:
-        models["extended model"] = (lag_factor(evidence.extended_slowing), evidence.extended_slowing)
-    counted = " and ".join(f"{factor:.2f} times ({name})" for name, (factor, _) in models.items())
+        models["extended model"] = (factors_of(evidence.extended_slowing), evidence.extended_slowing)
+    counted = " and ".join(f"{factors.lag:.2f} times ({name})" for name, (factors, _) in models.items())
+    drags = " and ".join(
+        f"{factors.drag:.2f} times ({name})" for name, (factors, _) in models.items() if factors.drag != 1.0
+    )
+    untold = (
+        f" A drive holds the speed up to the release, so that nothing before it tells the drag: within the tolerance of the"
+        f" decay time it counts {drags}."
+        if drags
+        else ""
+    )
     machine = evidence.diagnosis.plain.problem.model.machine
     last = models[list(models)[-1]][1]
     beside, _ = lag_beside_drag(last, machine)
@@ -39,7 +48,7 @@ def section(evidence: Evidence) -> Section | None:
                 "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
                 " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
                 " the shaft. Polar inertia and friction at small loads are not known well, so that the angle by which contacts"
-                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated{more}"
+                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated{more}{untold}"
             ),
             Figure(
                 "slowing",
