@@ -7,6 +7,7 @@ from typing import Any
 from tdbmon.diagnosis.contract import causes_json, value_and_interval
 from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.quantity import counted, plain
+from tdbmon.remarks import alike
 
 
 def reference_json(reference: Reference) -> dict[str, Any]:
@@ -43,4 +44,5 @@ def reference_lines(reference: Reference) -> list[str]:
             f"  no {'other ' if reference.not_compared else ''}value of the machine has changed by more than {APART:g} times the"
             " half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
         )
-    return [plain(line) for line in (*out, *(f"remark: {each}" for each in reference.remarks))]
+    drops = [drop.name for drop in before.plain.problem.drops]
+    return [plain(line) for line in (*out, *(f"remark: {each}" for each in alike(reference.remarks, drops)))]

@@ -19,8 +19,8 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_outliers import stress_outliers
 from tdbmon.figures.style import BLUE, VERMILION
 from tdbmon.record.read import read
+from tdbmon.remarks import grouped
 from tdbmon.report.document import Figure, Paragraph, Section, Table
-from tdbmon.report.remarks import grouped
 from tdbmon.report.sections import contact, gap, orbit, release, rundown, spectra, summary, tracking
 from tdbmon.report.sections.findings import ABOVE_ONE
 from tdbmon.shipped import shipped
