@@ -13,7 +13,7 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
 def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
     """Return remarks as sentences, those of one kind in one (see `alike`)."""
-    names = tuple(f"{name}: " for name in records)
+    names = tuple(records)  # which keep their letters
     return [f"{each if each.startswith(names) else capitalised(each)}." for each in alike(remarks, records)]
 
 
