@@ -14,7 +14,7 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
     """Return remarks as sentences, those of one kind in one (see `alike`)."""
     names = tuple(records)  # which keep their letters
-    return [f"{each if each.startswith(names) else capitalised(each)}." for each in alike(remarks, records)]
+    return [_ended(each if each.startswith(names) else capitalised(each)) for each in alike(remarks, records)]
 
 
 def alike(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
@@ -47,4 +47,8 @@ def _joined(kind: list[tuple[str, str, str]]) -> str:
         others.setdefault(where, []).append(which)
     places = "; ".join(f"{where} {', '.join(filter(None, which))}".strip() for where, which in others.items())
     other_numbers = ", with other numbers," if len({said for _, _, said in kind}) > 1 else ""
-    return f"{told}. The same{other_numbers} of {places}"
+    return f"{_ended(told)} The same{other_numbers} of {places}"
+
+
+def _ended(words: str) -> str:
+    return words if words.endswith("?") else f"{words}."

@@ -14,13 +14,16 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop
-from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
+from tdbmon.identify.first_fits import STAGES, few_drops, first_fits, of_which
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, build_problem
 
 _FAILS = 3.0  # misfit a residual of a model that lacks something
 # times less is left with the ends exchanged: of 12 synthetic cases as recorded with a hidden effect or none it was never less
 _CLEARLY = 3.0
+_ALIKE = (
+    1.5  # times the least that is left: such an exchange may be it as well, as on a shaft that is the same end for end
+)
 
 Pairs = tuple[tuple[str, str], ...]
 
@@ -61,12 +64,15 @@ def exchanged_cables(problem: Problem, plain: Mapping[float, Fit]) -> str | None
     left = [(ratio, each) for ratio, each in tried if ratio is not None]
     if not left:
         return None
-    ratio, best = min(left, key=lambda each: each[0])
+    left.sort(key=lambda each: each[0])
+    ratio, best = left[0]
     if ratio * _CLEARLY > as_recorded.ratio:
         return None
+    words = " or, as well, ".join(each.words for other, each in left if other < _ALIKE * ratio)
     return (
-        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {STAGES.touched * 1e3:g} ms, and"
-        f" {ratio:.2g} times with {best.words}: {best.question}"
+        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {STAGES.touched * 1e3:g}"
+        f" ms{of_which(problem)}, and"
+        f" {ratio:.2g} times with {words}: {best.question}"
     )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops
+from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops, of_which
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.parameters import Parameter, entries
@@ -136,7 +136,8 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     if not off:
         return None
     return Mistaken(
-        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g} ms, but"
+        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g}"
+        f" ms{of_which(problem)}, but"
         f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
         {each.name: values[each.name] for each in wrong},
     )

@@ -69,6 +69,12 @@ def test_what_stands_in_the_plain_model_is_told(named: Diagnosis, evidence: Evid
     assert diagnosis_json(named)["standing"] == []
 
 
+def test_a_reason_that_is_a_question_ends_as_one(named: Diagnosis, evidence: Evidence) -> None:
+    asked = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.0), "are their cables exchanged?"))
+    said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=asked)),)))
+    assert "Why: are their cables exchanged?\n" in said
+
+
 def test_what_several_drops_lack_alike_is_one_line_on_a_terminal(named: Diagnosis) -> None:
     """That the records are of another machine stood there once a drop, in three lines each."""
     several = replace(named, remarks=("drop_97.nc: record: of another", "drop_148.nc: record: of another", "one more"))

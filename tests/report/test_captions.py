@@ -175,6 +175,7 @@ def test_remarks_of_one_kind_are_one() -> None:
     )
     assert joined[1:] == ["The drops part early: 25 ms.", "b.nc: samples are missing: 3 of 'DE_A'."]
     assert grouped(["a.nc, b.nc hardly go with c.nc"], ["a.nc", "b.nc"]) == ["a.nc, b.nc hardly go with c.nc."]
+    assert grouped(["a.nc: cables?", "b.nc: cables?"], ["a.nc", "b.nc"]) == ["a.nc: cables? The same of b.nc."]
 
 
 def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> None:

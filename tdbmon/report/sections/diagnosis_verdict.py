@@ -12,7 +12,7 @@ from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import capitalised, percent
 from tdbmon.remarks import grouped
-from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
+from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict, sentence
 
 _TONE: dict[Kind, Tone] = {
     Kind.NONE: "good",
@@ -27,7 +27,7 @@ def section(evidence: Evidence) -> Section:
     diagnosis = evidence.diagnosis
     blocks: list[Block] = [
         Verdict(_sentence(diagnosis), _TONE[diagnosis.verdict.kind]),
-        Paragraph(f"Why: {diagnosis.verdict.why}."),
+        sentence(f"why: {diagnosis.verdict.why}"),
     ]
     causes = [cause for each in diagnosis.verdict.accused for cause in each.causes]
     causes += [cause for each in diagnosis.verdict.alike for cause in each.causes]
