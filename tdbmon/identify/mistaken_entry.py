@@ -15,12 +15,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from tdbmon.identify.divergence import divergence
 from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops, of_which
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
-from tdbmon.identify.parameters import Parameter, entries
-from tdbmon.identify.problem import Problem
+from tdbmon.identify.parameters import Parameter, entries, restated_machine
+from tdbmon.identify.problem import Problem, build_problem
 from tdbmon.identify.slowing import slowing_misfit, slowings_at
+from tdbmon.identify.stages import stages_of
 
 Array = NDArray[np.float64]
 
@@ -124,10 +126,10 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
 def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
     values, _ = found.problem.values(found.point, 0)
-    wanted = values[found.entries[0].name] / found.entries[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(STAGES.fall), found.entries, wanted)
-    for horizon in (*STAGES.first_contacts, STAGES.bounced):
-        held = held.fitted(horizon)
+    wanted = {each.name: values[each.name] for each in found.entries}
+    held = _held(problem, found.entries, wanted)
+    if not held.holds and any(name.endswith(".radial_gap") for name in wanted):
+        held = _held(_with_paths_of(problem, wanted), found.entries, wanted)
     if not held.holds or held.slows_otherwise:
         return None
     values, _ = held.problem.values(held.point, 0)
@@ -141,6 +143,27 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
         f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
         {each.name: values[each.name] for each in wrong},
     )
+
+
+def _held(problem: Problem, kind: tuple[Parameter, ...], wanted: Mapping[str, float]) -> _Try:
+    """Return entries fitted to all drops, to where both ends have bounced, begun as the first of them is wanted."""
+    start = wanted[kind[0].name] / kind[0].nominal
+    held = _begun(_Try((), problem, problem.start).fitted(STAGES.fall), kind, start)
+    for horizon in (*STAGES.first_contacts, STAGES.bounced):
+        held = held.fitted(horizon)
+    return held
+
+
+def _with_paths_of(problem: Problem, gaps: Mapping[str, float]) -> Problem:
+    """Return a problem whose paths part from the contacts on that other gaps have, and as fast: a model's error grows with them.
+
+    By a gap that is stated far too wide the drops touch when no path has parted yet, and what a right model leaves is too much.
+    """
+    machine = restated_machine(problem.model.machine, gaps)
+    flight = stages_of(machine).flight
+    drops = tuple(replace(drop, flight=flight) for drop in problem.drops)
+    rate = divergence(build_problem(machine, drops, problem.crew))
+    return replace(problem, drops=tuple(replace(drop, divergence=rate) for drop in drops))
 
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
