@@ -31,6 +31,7 @@ _STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the la
 _FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
 _BEHIND = 2.0  # times the least misfit: who leaves more does not go on
 _WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that an entry must take away to go on
+_ALONE = 0.05  # of the same, that a gap may leave which stands alone: begun anew it leaves what noise does
 _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
@@ -118,8 +119,13 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
     for starts in _STARTS:
         tried = [_begun(fallen, kind, start) for kind in kinds for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
-        if best is not None and best.holds:
+        if best is None:
+            continue
+        if best.holds:
             return _confirmed(problem, best, plain[last].ratio)
+        alone = _is_gap(best.entries) and best.misfit - _FLOOR < _ALONE * (plain[last].ratio - _FLOOR)
+        if alone and (found := _confirmed(problem, best, plain[last].ratio)) is not None:
+            return found
     return None
 
 
@@ -127,9 +133,9 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
     values, _ = found.problem.values(found.point, 0)
     wanted = {each.name: values[each.name] for each in found.entries}
-    held = _held(problem, found.entries, wanted)
-    if not held.holds and any(name.endswith(".radial_gap") for name in wanted):
-        held = _held(_with_paths_of(problem, wanted), found.entries, wanted)
+    held = _held(_begun(_fallen(problem), found.entries, wanted[found.entries[0].name] / found.entries[0].nominal))
+    if not held.holds and _is_gap(found.entries):
+        held = _held(_fallen(_restated(problem, wanted)))
     if not held.holds or held.slows_otherwise:
         return None
     values, _ = held.problem.values(held.point, 0)
@@ -145,25 +151,29 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     )
 
 
-def _held(problem: Problem, kind: tuple[Parameter, ...], wanted: Mapping[str, float]) -> _Try:
-    """Return entries fitted to all drops, to where both ends have bounced, begun as the first of them is wanted."""
-    start = wanted[kind[0].name] / kind[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(STAGES.fall), kind, start)
+def _fallen(problem: Problem) -> _Try:
+    return _Try((), problem, problem.start).fitted(STAGES.fall)
+
+
+def _held(begun: _Try) -> _Try:
+    """Return a fit to all drops that goes on to where both ends have bounced."""
     for horizon in (*STAGES.first_contacts, STAGES.bounced):
-        held = held.fitted(horizon)
-    return held
+        begun = begun.fitted(horizon)
+    return begun
 
 
-def _with_paths_of(problem: Problem, gaps: Mapping[str, float]) -> Problem:
-    """Return a problem whose paths part from the contacts on that other gaps have, and as fast: a model's error grows with them.
+def _restated(problem: Problem, gaps: Mapping[str, float]) -> Problem:
+    """Return the problem with other gaps stated, freely known, and paths that part from the contacts on that these have.
 
-    By a gap that is stated far too wide the drops touch when no path has parted yet, and what a right model leaves is too much.
+    By a gap that is stated far too wide the drops touch when no path has parted yet, and what a right model leaves is too much;
+    by one far too narrow the fall ends early, and values that made up for that leave the gap short of what it is.
     """
     machine = restated_machine(problem.model.machine, gaps)
     flight = stages_of(machine).flight
     drops = tuple(replace(drop, flight=flight) for drop in problem.drops)
-    rate = divergence(build_problem(machine, drops, problem.crew))
-    return replace(problem, drops=tuple(replace(drop, divergence=rate) for drop in drops))
+    restated = replace(build_problem(machine, drops, problem.crew), standing=problem.standing)
+    rate = divergence(restated)
+    return replace(restated, drops=tuple(replace(drop, divergence=rate) for drop in drops))
 
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
@@ -187,6 +197,10 @@ def _begun(fallen: _Try, kind: tuple[Parameter, ...], start: float) -> _Try:
     shared = (*(problem.shared[k] for k in stay), *wide)
     point = np.concatenate([fallen.point[stay], np.full(len(wide), start - 1.0), fallen.point[len(problem.shared) :]])
     return _Try(kind, replace(problem, shared=shared), point)
+
+
+def _is_gap(kind: Sequence[Parameter]) -> bool:
+    return any(each.name.endswith(".radial_gap") for each in kind)
 
 
 def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try]:

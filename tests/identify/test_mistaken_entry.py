@@ -14,7 +14,7 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import _begun, _confirmed, _kinds, _Try, mistaken_entry
+from tdbmon.identify.mistaken_entry import _begun, _kinds, mistaken_entry
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stages import stages_of
 from tdbmon.record.read import read
@@ -126,26 +126,36 @@ def test_a_gap_stated_too_wide_is_blamed_where_the_fall_ends_earlier_than_simula
     assert all(value == pytest.approx(120e-6, rel=0.05) for value in found.wanted.values())
 
 
-def test_a_right_gap_is_judged_by_the_paths_that_it_has(tmp_path, monkeypatch):
-    """Of a gap stated as 600 um it was found within 2 %, but no path had parted by its contacts, and the whole search began."""
-    machine = load_machine(written(tmp_path, 'nominal = "250 um"', 'nominal = "600 um"'))
+@pytest.mark.parametrize(("stated", "left"), [(600, 1.17), (100, 14.0)])
+def test_a_gap_that_stands_alone_is_stated_anew(tmp_path, monkeypatch, stated, left):
+    """Of 600 and 100 um for 280 it was all but found, and the whole catalogue searched for what explains 300 times the noise.
+
+    By 600 um no path had parted when the drops touched; from a fall that 100 um had ended no slopes led all the way.
+    """
+    machine = load_machine(written(tmp_path, 'nominal = "250 um"', f'nominal = "{stated} um"'))
     drops = measured_drops([read(path) for path in records()[3:]], machine)
-    left = []
+    fitted = []
 
-    def held(problem, kind, wanted):
-        """What fits of all four drops left by the flight that they were given."""
-        (drop,) = problem.drops
-        left.append(1.17 if drop.flight == stages_of(machine).flight else 0.94)
-        return replace(_begun(_Try((), problem, problem.start), kind, 0.45), misfit=left[-1])
+    def held(begun):
+        """What fits left by the gap that is stated."""
+        fitted.append(begun)
+        gap = begun.problem.model.machine.touchdown_bearings[0].radial_gap.nominal
+        return replace(begun, misfit=left if gap == pytest.approx(stated * 1e-6) else 0.9)
 
-    monkeypatch.setattr(mistaken_entry_module, "_held", held)
-    monkeypatch.setattr(mistaken_entry_module, "slowings_at", lambda *_: None)
+    def followed(tried, _):
+        gap = next(each for each in tried if each.entries[0].name.endswith("radial_gap"))
+        return [replace(_begun(gap, gap.entries, 280 / stated), misfit=4.0)]
+
+    for name, stub in {"_held": held, "_followed": followed, "slowings_at": lambda *_: None}.items():
+        monkeypatch.setattr(mistaken_entry_module, name, stub)
     with Crew() as crew:
         problem = build_problem(machine, drops, crew)
-        (gaps,) = (kind for kind in _kinds(problem) if kind[0].name.endswith("radial_gap"))
-        found = _confirmed(problem, _begun(_Try((), problem, problem.start), gaps, 0.45), 445.0)
-    assert left == [1.17, 0.94]
-    assert found.wanted == pytest.approx({"NDE.radial_gap": 270e-6, "DE.radial_gap": 270e-6})
+        found = mistaken_entry(problem, first_fits(few_drops(problem)))
+    as_stated, anew = fitted
+    assert as_stated.problem.stages.flight == pytest.approx(stages_of(machine).flight)
+    assert anew.problem.stages == stages_of(load_machine(shipped("short/machine.toml")))
+    assert found.wanted == pytest.approx({"NDE.radial_gap": 280e-6, "DE.radial_gap": 280e-6}, rel=0.02)
+    assert f"instead of {0.8 * stated:g} to {1.2 * stated:g} um" in found.why
 
 
 def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):
