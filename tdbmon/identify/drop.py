@@ -295,7 +295,7 @@ def _of_probes(
     """Say which probes of a machine take no part, and of which others samples are missing."""
     said = [
         f"calibrated without probe '{p.name}'"
-        + (f", which {unused[p.name]}" if p.name in unused else "")
+        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # checks have no table here
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes

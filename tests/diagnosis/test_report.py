@@ -212,6 +212,14 @@ def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Ev
     assert np.mean(quiet) < 1.2 * drops.NOISE < np.mean(loud)
 
 
+def test_without_spectra_nothing_is_said_of_their_peaks(evidence: Evidence) -> None:
+    """Three probes have none, and it was said that no peak of them passed the noise."""
+    blind = tuple(replace(left, to_ends=np.zeros_like(left.to_ends)) for left in evidence.extended_left)
+    assert not any(left.sees_ends for left in blind)
+    words = words_of(Document("", "", (diagnosis_remains.remains(replace(evidence, extended_left=blind)),)))
+    assert "No peak of its spectra passes" not in words
+
+
 def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> None:
     assert evidence.selection == ""
     four = replace(
