@@ -29,7 +29,7 @@ def reference_json(reference: Reference) -> dict[str, Any]:
 def reference_lines(reference: Reference) -> list[str]:
     """Return what the command says about the earlier drops."""
     before = reference.before
-    named = " or ".join(dict.fromkeys(each.name for each in before.verdict.accused))
+    named = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
     out = [
         f"reference ({counted(len(before.plain.problem.drops), 'drop')}): {before.verdict.kind}{f' - {named}' if named else ''}"
     ]

@@ -158,6 +158,8 @@ def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosi
     assert "\nA value differs too." in said  # a sentence, as remarks are elsewhere in the report
     assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine moved" in said
     assert "  not compared: DE.gap (later drops): at its edge" in reference_lines(since)
+    shown = "residual magnetic force at the rotor"  # it was residual_magnetic_force@rotor
+    assert f"They show {shown} already" in said and reference_lines(since)[0] == f"reference (2 drops): named - {shown}"
     assert reference_json(since)["not_compared"] == "DE.gap (later drops): at its edge"
     rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
     assert rule in said and any(rule in line for line in reference_lines(since))
