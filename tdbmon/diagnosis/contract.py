@@ -29,7 +29,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": str(verdict.kind),
         "why": verdict.why,
         "causes": causes_json(diagnosis),
-        "standing": [_standing(each) for each in plain.problem.standing],
+        "standing": [standing_json(each) for each in plain.problem.standing],
         "candidates": _candidates(diagnosis),
         "baseline": {
             "fit_rms_um": _fit_rms(plain) * 1e6,
@@ -116,8 +116,8 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     ]
 
 
-def _standing(effect: Effect) -> dict[str, Any]:
-    """Return an effect that the plain model has, as `causes_json` has those that it lacks."""
+def standing_json(effect: Effect) -> dict[str, Any]:
+    """Return an effect that a model has already, as `causes_json` has those that it lacks."""
     values = {each: getattr(effect, each.name) for each in effect.parameters()}
     sizes = {
         f"{each.name}{_suffix(each.unit)}": Estimate(value, unit=each.unit, why="as it stands in the model")
