@@ -71,6 +71,7 @@ def _write_extended(result: Diagnosis, path: Path) -> str:
     """Write the machine file with what was named, and return what to say of it."""
     wider = extended_machine(result)
     if wider is None:
-        return f"no {path} written: nothing was named"
+        there = "; the one that is there is of an earlier run" if path.exists() else ""
+        return f"no {path} written: nothing was named{there}"
     write_machine(wider, path, extended_head(result))
     return f"extended machine file: {path}"

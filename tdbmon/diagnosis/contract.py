@@ -5,16 +5,18 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from tdbsim.effect import declaration
+from tdbsim.effect import Effect, declaration
 
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.named_cause import named_causes
+from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent, plain, printed, why_no_interval
+from tdbmon.remarks import alike
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -27,6 +29,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "verdict": str(verdict.kind),
         "why": verdict.why,
         "causes": causes_json(diagnosis),
+        "standing": [standing_json(each) for each in plain.problem.standing],
         "candidates": _candidates(diagnosis),
         "baseline": {
             "fit_rms_um": _fit_rms(plain) * 1e6,
@@ -75,6 +78,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         out.append(f"  {cause.effect} at {cause.where}, probability {cause.probability:.2f}: {values}")
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
+    if diagnosis.plain.problem.standing:
+        out.append(f"  in the plain model already: {'; '.join(map(in_words, diagnosis.plain.problem.standing))}")
     told = verdict.accused[0] if verdict.accused else diagnosis.plain
     out.append(
         f"residual of the {told.words} to {told.horizon * 1e3:g} ms: {_fit_rms(told) * 1e6:.2g} um rms, noise"
@@ -86,7 +91,8 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
             f"held out {proof.drop}, {proof.judge}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um,"
             f" noise {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"
         )
-    out += [f"remark: {each}" for each in (*diagnosis.remarks, *diagnosis.aside)]
+    drops = [drop.name for drop in diagnosis.plain.problem.drops]
+    out += [f"remark: {each}" for each in (*alike(diagnosis.remarks, drops), *diagnosis.aside)]
     out.append(f"next test: {diagnosis.next_test}")
     return [plain(line) for line in out]
 
@@ -108,6 +114,24 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
         }
         for cause in named_causes(diagnosis)
     ]
+
+
+def standing_json(effect: Effect) -> dict[str, Any]:
+    """Return an effect that a model has already, as `causes_json` has those that it lacks."""
+    values = {each: getattr(effect, each.name) for each in effect.parameters()}
+    sizes = {
+        f"{each.name}{_suffix(each.unit)}": Estimate(value, unit=each.unit, why="as it stands in the model")
+        if math.isfinite(value)
+        else Estimate.missing(each.unit, "infinite: the effect is off")
+        for each, value in values.items()
+        if not each.choices
+    }
+    return {
+        "effect": effect.identifier(),
+        "where": effect.where,
+        "parameters": {name: size.to_json() for name, size in sizes.items()},
+        "held": {each.name: value for each, value in values.items() if each.choices},
+    }
 
 
 def _candidates(diagnosis: Diagnosis) -> list[dict[str, Any]]:

@@ -136,6 +136,7 @@ def diagnose(
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
+        progress("holding the machine file against the first contacts")
         mistaken = _mistake(drops, problem)
         # then nobody is asked: some effect or other fits what is not there
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()

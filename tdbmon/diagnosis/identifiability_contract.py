@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from tdbsim.stated_effects import all_effects
+
+from tdbmon.diagnosis.contract import standing_json
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, Identifiability, about
+from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.identify.slowing import LAST_S
 
@@ -39,6 +43,7 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
         ],
         "next_drops": [{"speed_hz": speed, "pairs_left": left} for speed, left in found.next_drops],
         "next_test": _advice(found),
+        "standing": [standing_json(each) for each in all_effects(found.machine)],
         "limits": list(found.limits),
         "synthetic": True,
         "seconds": found.seconds,
@@ -55,6 +60,8 @@ def identifiability_lines(found: Identifiability) -> list[str]:
         f"{found.machine.name}: drops from {speeds} Hz, probe noise {found.noise * 1e6:g} um rms (nothing measured)",
         f"{'effect':<{effect}}{'at':<{place}}{'detectable (about)':<{size}}{'similarity':<12}to",
     ]
+    if standing := all_effects(found.machine):
+        out.insert(1, f"in the machine already, and not tried at its place: {'; '.join(map(in_words, standing))}")
     for each in found.detectable:
         like = ""
         if each.looks_like:

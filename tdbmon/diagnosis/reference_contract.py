@@ -7,6 +7,7 @@ from typing import Any
 from tdbmon.diagnosis.contract import causes_json, value_and_interval
 from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.quantity import counted, plain
+from tdbmon.remarks import alike
 
 
 def reference_json(reference: Reference) -> dict[str, Any]:
@@ -28,7 +29,7 @@ def reference_json(reference: Reference) -> dict[str, Any]:
 def reference_lines(reference: Reference) -> list[str]:
     """Return what the command says about the earlier drops."""
     before = reference.before
-    named = " or ".join(dict.fromkeys(each.name for each in before.verdict.accused))
+    named = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
     out = [
         f"reference ({counted(len(before.plain.problem.drops), 'drop')}): {before.verdict.kind}{f' - {named}' if named else ''}"
     ]
@@ -43,4 +44,5 @@ def reference_lines(reference: Reference) -> list[str]:
             f"  no {'other ' if reference.not_compared else ''}value of the machine has changed by more than {APART:g} times the"
             " half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
         )
-    return [plain(line) for line in (*out, *(f"remark: {each}" for each in reference.remarks))]
+    drops = [drop.name for drop in before.plain.problem.drops]
+    return [plain(line) for line in (*out, *(f"remark: {each}" for each in alike(reference.remarks, drops)))]

@@ -15,6 +15,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.axes import to_planes
+from tdbmon.analysis.exchanged_probes import check_exchanged
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
@@ -83,6 +84,10 @@ class MeasuredDrop:
         Other checks of the record's channels that failed.
     foreign : str
         What to tell where the record names another machine, which is one of `faults`; "" where it does not.
+    whirls_backward : tuple of str
+        Ends whose 1X whirls backward before the release, as with two probes exchanged.
+    crossed : tuple of tuple of str
+        Pairs of probes, one of each end, of which one pair looks exchanged; both look the same to circles.
     scale_doubts : tuple of str
         What the free fall says against scales of times and lengths, of it in `remarks` too: a model that follows the drop with
         these scales refutes it.
@@ -113,6 +118,8 @@ class MeasuredDrop:
     remarks: tuple[str, ...]
     faults: tuple[str, ...] = ()
     foreign: str = ""
+    whirls_backward: tuple[str, ...] = ()
+    crossed: tuple[tuple[str, str], ...] = ()
     scale_doubts: tuple[str, ...] = ()
     compensated: bool = False
     divergence: float = USUAL_DIVERGENCE
@@ -214,6 +221,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     )
     _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
+    crossed = check_exchanged(planes, seen, upright, release)
+    failed += crossed
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     places = [f"{name}: probe '{p.name}'" for p in probes]
@@ -251,6 +260,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
             if each.check not in ("present", "dead", "speed")  # which the remarks tell
         ),
         foreign=next((f"{name}: {each.detail}" for each in failed if each.check == "machine"), ""),
+        whirls_backward=tuple(each.channel for each in failed if each.check == "whirl"),
+        crossed=tuple(pair for each in crossed for pair in _crossed(each, probes)),
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
@@ -262,6 +273,13 @@ def _of_wrong_scales(found: Release, machine: Machine) -> tuple[list[Check], lis
     """Return the failed checks of a fall's acceleration, and with them those of the probes' scales."""
     free_fall = [each for each in check_free_fall(found, machine) if not each.passed]
     return free_fall, [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
+
+
+def _crossed(found: Check, probes: Sequence[Probe]) -> list[tuple[str, str]]:
+    """Return the pair of probes that a check of circles names, and the one of the others, which looks the same."""
+    named = found.channel.split(", ")
+    others = [probe.name for probe in probes if probe.name not in named]
+    return [(pair[0], pair[1]) for pair in (named, others) if len(pair) == 2]
 
 
 def _told(found: Release | None, name: str) -> tuple[Release, float]:
@@ -282,7 +300,7 @@ def _of_probes(
     """Say which probes of a machine take no part, and of which others samples are missing."""
     said = [
         f"calibrated without probe '{p.name}'"
-        + (f", which {unused[p.name]}" if p.name in unused else "")
+        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # checks have no table here
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes

@@ -19,6 +19,13 @@ def few_drops(problem: Problem) -> Problem:
     return replace(problem, drops=problem.drops[:_DROPS], own=problem.own[:_DROPS])
 
 
+def of_which(problem: Problem) -> str:
+    """Say of which drops that is, behind what is told of them; "" where these are all."""
+    if len(problem.drops) <= _DROPS:
+        return ""
+    return f" of {' and '.join(drop.name for drop in problem.drops[:_DROPS])}"
+
+
 def first_fits(few: Problem) -> Mapping[float, Fit]:
     """Return fits from the nominal values on to the fall and the first contacts, by their horizons in s.
 

@@ -23,18 +23,37 @@ def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[Mea
     Raises
     ------
     InputError
-        If there is no record, one is given twice, whatever its name or format, or one cannot be used.
+        If there is no record, one is given twice, whatever its name or format, or one cannot be used: then it says which of
+        the others can.
     """
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
     _check_twice(records)
-    drops = [measured_drop(record, machine) for record in records]
+    drops = _usable(records, machine)
     _check_exports(drops, records, machine)
     names = [drop.name for drop in drops]
     return tuple(
         replace(drop, name=f"{drop.name} ({again})") if (again := names[: k + 1].count(drop.name)) > 1 else drop
         for k, drop in enumerate(drops)
     )
+
+
+def _usable(records: Sequence[xr.Dataset], machine: Machine) -> list[MeasuredDrop]:
+    """Return the drops of records; raise InputError where one cannot be used, with what becomes of the others."""
+    drops: list[MeasuredDrop] = []
+    refused: list[tuple[str, InputError]] = []
+    for record in records:
+        try:
+            drops.append(measured_drop(record, machine))
+        except InputError as wrong:
+            refused.append((str(record.attrs.get("source_file", "record")), wrong))
+    if not refused:
+        return drops
+    more = [name for name, _ in refused[1:]]
+    also = f"; nor can {', '.join(more)} be used" if more else ""
+    others = "drop" if len(drops) == 1 else f"{len(drops)} drops"
+    rest = f"; leave {'them' if more else 'it'} out to use the other {others}" if drops else ""
+    raise InputError(f"{refused[0][1]}{also}{rest}")
 
 
 def _check_twice(records: Sequence[xr.Dataset]) -> None:

@@ -15,13 +15,15 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops
+from tdbmon.identify.divergence import divergence
+from tdbmon.identify.first_fits import SLOPES, STAGES, few_drops, of_which
 from tdbmon.identify.follow import FAILING
 from tdbmon.identify.least_squares import Fit, fit_or_none
-from tdbmon.identify.parameters import Parameter, entries
-from tdbmon.identify.problem import Problem
+from tdbmon.identify.parameters import Parameter, entries, restated_machine
+from tdbmon.identify.problem import Problem, build_problem
 from tdbmon.identify.robust import FLOOR
 from tdbmon.identify.slowing import slowing_misfit, slowings_at
+from tdbmon.identify.stages import stages_of
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,7 @@ _STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the la
 _FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
 _BEHIND = 2.0  # times the least misfit: who leaves more does not go on
 _WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that an entry must take away to go on
+_ALONE = 0.05  # of the same, that a gap may leave which stands alone: begun anew it leaves what noise does
 _LITTLE = 0.3  # times noise, which may be left all the same
 # squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
 _CONTRADICTED = 25.0
@@ -114,18 +117,23 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
     for starts in _STARTS:
         tried = [_begun(fallen, kind, start) for kind in kinds for start in starts]
         best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
-        if best is not None and best.holds:
+        if best is None:
+            continue
+        if best.holds:
             return _confirmed(problem, best, plain[last].ratio)
+        alone = _is_gap(best.entries) and best.misfit - FLOOR < _ALONE * (plain[last].ratio - FLOOR)
+        if alone and (found := _confirmed(problem, best, plain[last].ratio)) is not None:
+            return found
     return None
 
 
 def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     """Say which entry it is, if the model follows all drops with it, and further."""
     values, _ = found.problem.values(found.point, 0)
-    wanted = values[found.entries[0].name] / found.entries[0].nominal
-    held = _begun(_Try((), problem, problem.start).fitted(STAGES.fall), found.entries, wanted)
-    for horizon in (*STAGES.first_contacts, STAGES.bounced):
-        held = held.fitted(horizon)
+    wanted = {each.name: values[each.name] for each in found.entries}
+    held = _held(_begun(_fallen(problem), found.entries, wanted[found.entries[0].name] / found.entries[0].nominal))
+    if not held.holds and _is_gap(found.entries):
+        held = _held(_fallen(_restated(problem, wanted)))
     if not held.holds or held.slows_otherwise:
         return None
     values, _ = held.problem.values(held.point, 0)
@@ -134,10 +142,36 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     if not off:
         return None
     return Mistaken(
-        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g} ms, but"
+        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g}"
+        f" ms{of_which(problem)}, but"
         f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
         {each.name: values[each.name] for each in wrong},
     )
+
+
+def _fallen(problem: Problem) -> _Try:
+    return _Try((), problem, problem.start).fitted(STAGES.fall)
+
+
+def _held(begun: _Try) -> _Try:
+    """Return a fit to all drops that goes on to where both ends have bounced."""
+    for horizon in (*STAGES.first_contacts, STAGES.bounced):
+        begun = begun.fitted(horizon)
+    return begun
+
+
+def _restated(problem: Problem, gaps: Mapping[str, float]) -> Problem:
+    """Return the problem with other gaps stated, freely known, and paths that part from the contacts on that these have.
+
+    By a gap that is stated far too wide the drops touch when no path has parted yet, and what a right model leaves is too much;
+    by one far too narrow the fall ends early, and values that made up for that leave the gap short of what it is.
+    """
+    machine = restated_machine(problem.model.machine, gaps)
+    flight = stages_of(machine).flight
+    drops = tuple(replace(drop, flight=flight) for drop in problem.drops)
+    restated = replace(build_problem(machine, drops, problem.crew), standing=problem.standing)
+    rate = divergence(restated)
+    return replace(restated, drops=tuple(replace(drop, divergence=rate) for drop in drops))
 
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
@@ -161,6 +195,10 @@ def _begun(fallen: _Try, kind: tuple[Parameter, ...], start: float) -> _Try:
     shared = (*(problem.shared[k] for k in stay), *wide)
     point = np.concatenate([fallen.point[stay], np.full(len(wide), start - 1.0), fallen.point[len(problem.shared) :]])
     return _Try(kind, replace(problem, shared=shared), point)
+
+
+def _is_gap(kind: Sequence[Parameter]) -> bool:
+    return any(each.name.endswith(".radial_gap") for each in kind)
 
 
 def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try]:

@@ -31,8 +31,8 @@ class Paragraph:
 
 
 def sentence(text: str) -> Paragraph:
-    """Return words as a sentence of its own: a capital in front, a stop behind."""
-    return Paragraph(f"{capitalised(text)}.")
+    """Return words as a sentence of its own: a capital in front, a stop behind where there is no question mark."""
+    return Paragraph(f"{capitalised(text)}{'' if text.endswith('?') else '.'}")
 
 
 @dataclass(frozen=True)

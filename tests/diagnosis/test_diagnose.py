@@ -126,6 +126,36 @@ def test_a_record_of_another_machine_is_no_case_for_the_catalogue():
     assert "put that right" in found.next_test
 
 
+def test_an_extended_file_of_an_earlier_run_is_told_where_none_is_written(monkeypatch, tmp_path):
+    """It stayed where the new one was asked for, and looked like what was found."""
+    from tdbmon.diagnosis import command
+
+    monkeypatch.setattr(command, "extended_machine", lambda _: None)
+    path = tmp_path / "found.toml"
+    assert command._write_extended(None, path) == f"no {path} written: nothing was named"
+    path.write_text("")
+    assert command._write_extended(None, path).endswith("; the one that is there is of an earlier run")
+
+
+def test_what_takes_long_before_the_search_is_told(monkeypatch):
+    """A minute of fits went by under "reading levitation and noise"."""
+    from tdbmon.diagnosis import diagnose as module
+    from tdbmon.record.read import read
+
+    class Reached(Exception):
+        pass
+
+    def reached(*_):
+        raise Reached
+
+    monkeypatch.setattr(module, "_mistake", reached)
+    steps = []
+    with pytest.raises(Reached):
+        machine = load_machine(shipped("loose/machine.toml"))
+        module.diagnose(machine, [read(shipped("loose/drop_100.nc"))], steps.append)
+    assert steps[-1] == "holding the machine file against the first contacts"
+
+
 def test_same_drop_twice_is_an_error(capsys):
     drop = str(shipped("loose/drop_100.nc"))
     with pytest.raises(SystemExit) as stopped:

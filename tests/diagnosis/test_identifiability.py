@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from tdbsim.effect import Parameter as Declared
+from tdbsim.stated_effects import parse
 
 from tdbmon.cli import main
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, _smallest, identifiability
@@ -14,6 +15,7 @@ from tdbmon.diagnosis.identifiability_contract import identifiability_json, iden
 from tdbmon.diagnosis.score import FURTHEST
 from tdbmon.diagnosis.suspects import suspects
 from tdbmon.estimate import Estimate
+from tdbmon.machine_file import with_effects
 from tdbmon.shipped import shipped
 from tests.identify import drops
 from tests.json_page import documented
@@ -70,6 +72,17 @@ def test_a_second_drop_shows_smaller_gains(found, among):
     assert both.detectable[0].size.value < next(
         each.size.value for each in found.detectable if each.suspect.name == "probe_gain@DE_A"
     )
+
+
+def test_effects_that_the_machine_has_already_are_told(found):
+    """They act in the drops and are not tried at their place, where they were missing without a word."""
+    oval = parse("oval_clearance:end=DE,amplitude=20 um,angle=35 deg")
+    wider = replace(found, machine=with_effects(found.machine, [oval]))
+    said = "in the machine already, and not tried at its place: oval clearance at DE (amplitude 20 um, angle 35 deg"
+    assert identifiability_lines(wider)[1].startswith(said)
+    (standing,) = identifiability_json(wider)["standing"]
+    assert (standing["effect"], standing["where"]) == ("oval_clearance", "DE")
+    assert not any("already" in line for line in identifiability_lines(found))
 
 
 def test_json_and_lines_hold_every_size(found):

@@ -124,6 +124,7 @@ def test_fitted_values_stand_beside_those_of_the_machine_file(named: Diagnosis, 
         said[key] = words_of(Document("", "", (shown,)))
         assert f"({gap.low * 1e6:.4g} to {gap.high * 1e6:.4g})" in said[key]
     assert "the truth may lie beyond" in said["at its edge"] and "beyond" not in said["within"]
+    assert "by this model, in which its laws are exact" in said["within"]  # of ten in one case none held the truth
     outside = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.04), ""), values={name: within})
     assert diagnosis_values.section(replace(evidence, diagnosis=outside)) is None
 
@@ -157,6 +158,8 @@ def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosi
     assert "\nA value differs too." in said  # a sentence, as remarks are elsewhere in the report
     assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine moved" in said
     assert "  not compared: DE.gap (later drops): at its edge" in reference_lines(since)
+    shown = "residual magnetic force at the rotor"  # it was residual_magnetic_force@rotor
+    assert f"They show {shown} already" in said and reference_lines(since)[0] == f"reference (2 drops): named - {shown}"
     assert reference_json(since)["not_compared"] == "DE.gap (later drops): at its edge"
     rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
     assert rule in said and any(rule in line for line in reference_lines(since))
@@ -210,6 +213,14 @@ def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Ev
     loud = [np.std(left.residual) for left in evidence.plain_left]
     quiet = [np.std(left.residual) for left in evidence.extended_left]
     assert np.mean(quiet) < 1.2 * drops.NOISE < np.mean(loud)
+
+
+def test_without_spectra_nothing_is_said_of_their_peaks(evidence: Evidence) -> None:
+    """Three probes have none, and it was said that no peak of them passed the noise."""
+    blind = tuple(replace(left, to_ends=np.zeros_like(left.to_ends)) for left in evidence.extended_left)
+    assert not any(left.sees_ends for left in blind)
+    words = words_of(Document("", "", (diagnosis_remains.remains(replace(evidence, extended_left=blind)),)))
+    assert "No peak of its spectra passes" not in words
 
 
 def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> None:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
+import pytest
 from tdbsim.effect import catalogue
+from tdbsim.stated_effects import parse
 
 from tdbmon.diagnosis.contender import Contender
-from tdbmon.diagnosis.contract import diagnosis_json
+from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.late_record import acts_later
@@ -16,6 +19,7 @@ from tdbmon.diagnosis.verdict import Kind, Verdict
 from tdbmon.report.diagnosis_report import build_diagnosis_report
 from tdbmon.report.document import Document, Table
 from tdbmon.report.sections import (
+    diagnosis_fit,
     diagnosis_late_record,
     diagnosis_ranking,
     diagnosis_verdict,
@@ -46,6 +50,39 @@ def _of_one_drop(model: Contender) -> Contender:
     return replace(model, problem=replace(problem, drops=problem.drops[:1], own=problem.own[:1]))
 
 
+def test_what_stands_in_the_plain_model_is_told(named: Diagnosis, evidence: Evidence) -> None:
+    """With an oval in the machine file the verdict was that the model lacks nothing, and no word of the oval."""
+    oval = parse("oval_clearance:end=DE,amplitude=19.8270169 um,angle=35 deg")
+    foundation = parse("foundation_mode:end=NDE,mass=40 kg")
+    plain = replace(named.plain, problem=replace(named.plain.problem, standing=(oval, foundation)))
+    none = Verdict(Kind.NONE, (), (1.0,), "noise alone")
+    found = replace(named, contenders=(plain,), verdict=none, proof=None, parameters={})
+    known = "oval clearance at DE (amplitude 19.827 um, angle 35 deg, law radial)"
+    (line,) = (line for line in diagnosis_lines(found) if "in the plain model already" in line)
+    assert known in line and "foundation mode at NDE" in line
+    said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=found)),)))
+    assert "these 2 drops show beside what stands in it." in said and known in said
+    first, _ = diagnosis_json(found)["standing"]
+    assert (first["effect"], first["where"], first["held"]) == ("oval_clearance", "DE", {"law": "radial"})
+    assert first["parameters"]["amplitude_um"]["value"] == pytest.approx(19.8270169)
+    json.dumps(diagnosis_json(found), allow_nan=False)
+    assert diagnosis_json(named)["standing"] == []
+
+
+def test_a_reason_that_is_a_question_ends_as_one(named: Diagnosis, evidence: Evidence) -> None:
+    asked = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.0), "are their cables exchanged?"))
+    said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=asked)),)))
+    assert "Why: are their cables exchanged?\n" in said
+
+
+def test_what_several_drops_lack_alike_is_one_line_on_a_terminal(named: Diagnosis) -> None:
+    """That the records are of another machine stood there once a drop, in three lines each."""
+    several = replace(named, remarks=("drop_97.nc: record: of another", "drop_148.nc: record: of another", "one more"))
+    remarks = [line for line in diagnosis_lines(several) if line.startswith("remark: ")]
+    assert remarks == ["remark: drop_97.nc: record: of another. The same of drop_148.nc record", "remark: one more"]
+    assert len(diagnosis_json(several)["remarks"]) == 3
+
+
 def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> None:
     """It said "these one drop", and that a cause must do better on a drop held out, which one drop has none of."""
     found, plain = (_of_one_drop(each) for each in named.contenders)
@@ -57,6 +94,9 @@ def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> N
     open_ = replace(alone, verdict=Verdict(Kind.AMBIGUOUS, (found,), (0.6, 0.0), ""))
     said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=open_)),)))
     assert "This one drop cannot decide between them." in said
+    fitted = diagnosis_fit.extended(replace(evidence, plain_left=evidence.plain_left[:1]))
+    assert fitted is not None
+    assert "Fitted to the same drop to" in words_of(Document("", "", (fitted,)))
 
 
 def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evidence: Evidence) -> None:

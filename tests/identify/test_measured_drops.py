@@ -32,6 +32,19 @@ def test_a_drop_given_twice_is_not_fitted_twice(tmp_path):
         fit_drops(load_machine(shipped("loose/machine.toml")), records)
 
 
+def test_where_a_record_cannot_be_used_it_is_said_which_others_can():
+    """Of four drops the one that began after its release stopped the diagnosis of all, with no word of the other three."""
+    machine, whole = load_machine(shipped("loose/machine.toml")), read(shipped("loose/drop_100.nc"))
+    late = whole.sel(time=whole["time"] > whole["time"][0] + 0.105).assign_attrs(source_file="late.nc", sha256="1")
+    later = whole.sel(time=whole["time"] > whole["time"][0] + 0.2).assign_attrs(source_file="later.nc", sha256="2")
+    with pytest.raises(InputError, match=r"^late.nc: .* of levitation or more; leave it out to use the other drop$"):
+        measured_drops([whole, late], machine)
+    with pytest.raises(InputError, match=r"; nor can later.nc be used; leave them out to use the other drop$"):
+        measured_drops([late, whole, later], machine)
+    with pytest.raises(InputError, match=r"of levitation or more; nor can later.nc be used$"):
+        measured_drops([late, later], machine)
+
+
 def test_another_export_of_a_drop_is_not_fitted_beside_it(tmp_path):
     """Its rounding makes it another file; as a second drop it would be held out to prove a fit to itself."""
     source, export = read(shipped("loose/drop_100.nc")), tmp_path / "export.csv"

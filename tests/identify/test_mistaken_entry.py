@@ -9,12 +9,14 @@ from tdbsim.machine import load_machine
 from typer.testing import CliRunner
 
 from tdbmon.cli import app
+from tdbmon.identify import mistaken_entry as mistaken_entry_module
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import _kinds, mistaken_entry
+from tdbmon.identify.mistaken_entry import _begun, _kinds, mistaken_entry
 from tdbmon.identify.problem import build_problem
+from tdbmon.identify.stages import stages_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 from tests.blind.case import draw_case, simulate, write_drops
@@ -122,6 +124,38 @@ def test_a_gap_stated_too_wide_is_blamed_where_the_fall_ends_earlier_than_simula
         found = mistaken_entry(problem, plain)
     assert set(values(found.why, "radial_gap")) == {"NDE", "DE"}
     assert all(value == pytest.approx(120e-6, rel=0.05) for value in found.wanted.values())
+
+
+@pytest.mark.parametrize(("stated", "left"), [(600, 1.17), (100, 14.0)])
+def test_a_gap_that_stands_alone_is_stated_anew(tmp_path, monkeypatch, stated, left):
+    """Of 600 and 100 um for 280 it was all but found, and the whole catalogue searched for what explains 300 times the noise.
+
+    By 600 um no path had parted when the drops touched; from a fall that 100 um had ended no slopes led all the way.
+    """
+    machine = load_machine(written(tmp_path, 'nominal = "250 um"', f'nominal = "{stated} um"'))
+    drops = measured_drops([read(path) for path in records()[3:]], machine)
+    fitted = []
+
+    def held(begun):
+        """What fits left by the gap that is stated."""
+        fitted.append(begun)
+        gap = begun.problem.model.machine.touchdown_bearings[0].radial_gap.nominal
+        return replace(begun, misfit=left if gap == pytest.approx(stated * 1e-6) else 0.9)
+
+    def followed(tried, _):
+        gap = next(each for each in tried if each.entries[0].name.endswith("radial_gap"))
+        return [replace(_begun(gap, gap.entries, 280 / stated), misfit=4.0)]
+
+    for name, stub in {"_held": held, "_followed": followed, "slowings_at": lambda *_: None}.items():
+        monkeypatch.setattr(mistaken_entry_module, name, stub)
+    with Crew() as crew:
+        problem = build_problem(machine, drops, crew)
+        found = mistaken_entry(problem, first_fits(few_drops(problem)))
+    as_stated, anew = fitted
+    assert as_stated.problem.stages.flight == pytest.approx(stages_of(machine).flight)
+    assert anew.problem.stages == stages_of(load_machine(shipped("short/machine.toml")))
+    assert found.wanted == pytest.approx({"NDE.radial_gap": 280e-6, "DE.radial_gap": 280e-6}, rel=0.02)
+    assert f"instead of {0.8 * stated:g} to {1.2 * stated:g} um" in found.why
 
 
 def test_diagnosis_blames_the_entry_and_no_effect(tmp_path):

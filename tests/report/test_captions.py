@@ -19,8 +19,8 @@ from tdbmon.figures.orbit_sequence import orbit_sequence
 from tdbmon.figures.stress_outliers import stress_outliers
 from tdbmon.figures.style import BLUE, VERMILION
 from tdbmon.record.read import read
+from tdbmon.remarks import grouped
 from tdbmon.report.document import Figure, Paragraph, Section, Table
-from tdbmon.report.remarks import grouped
 from tdbmon.report.sections import contact, gap, orbit, release, rundown, spectra, summary, tracking
 from tdbmon.report.sections.findings import ABOVE_ONE
 from tdbmon.shipped import shipped
@@ -174,6 +174,8 @@ def test_remarks_of_one_kind_are_one() -> None:
         == f"a.nc: NDE_A: {cut(1)}. The same, with other numbers, of a.nc DE_A; b.nc NDE_A, DE_A; c.nc NDE_A, DE_A."
     )
     assert joined[1:] == ["The drops part early: 25 ms.", "b.nc: samples are missing: 3 of 'DE_A'."]
+    assert grouped(["a.nc, b.nc hardly go with c.nc"], ["a.nc", "b.nc"]) == ["a.nc, b.nc hardly go with c.nc."]
+    assert grouped(["a.nc: cables?", "b.nc: cables?"], ["a.nc", "b.nc"]) == ["a.nc: cables? The same of b.nc."]
 
 
 def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import off_by, percent, short, words
 from tdbmon.record.slow_roll import COMPENSATED, runout_words
+from tdbmon.remarks import and_more
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
-from tdbmon.report.remarks import and_more
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from tdbmon.diagnosis.reference import APART, Reference
 from tdbmon.quantity import words
+from tdbmon.remarks import grouped
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.remarks import grouped
 
 
 def section(since: Reference) -> Section:

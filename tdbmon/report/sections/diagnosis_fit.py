@@ -37,6 +37,10 @@ def plain(evidence: Evidence) -> Section:
     return Section("Measured against the plain model", tuple(blocks))
 
 
+def _drops(evidence: Evidence) -> str:
+    return "drops" if len(evidence.plain_left) > 1 else "drop"
+
+
 def extended(evidence: Evidence) -> Section | None:
     """Return the extended model's simulation over the readings; None where there is no such model."""
     model = evidence.extended
@@ -48,7 +52,7 @@ def extended(evidence: Evidence) -> Section | None:
     what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
     blocks: list[Block] = [
         Paragraph(
-            f"{what} adds {model.words}. Fitted to the same drops to {model.horizon * 1e3:.0f} ms, it leaves"
+            f"{what} adds {model.words}. Fitted to the same {_drops(evidence)} to {model.horizon * 1e3:.0f} ms, it leaves"
             f" {model.times_noise} times what noise would."
         ),
         Figure(

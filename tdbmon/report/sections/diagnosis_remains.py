@@ -44,7 +44,7 @@ def remains(evidence: Evidence) -> Section:
                 f" ± {nearest / 2:.0f} Hz."
             )
         )
-    else:
+    elif any(spectra(left, evidence.diagnosis.machine) for left in evidence.best_left):
         blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
     if evidence.extended is not None:
         blocks.append(_force(evidence))

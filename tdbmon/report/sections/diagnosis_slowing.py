@@ -35,8 +35,8 @@ def section(evidence: Evidence) -> Section | None:
     beside, _ = lag_beside_drag(last, machine)
     torques = torques_beside_lag(last, evidence.extended or evidence.diagnosis.plain)
     more = (
-        f", and {beside:.2f} times where the drag may be off by its tolerance as well. What remains tells of rings that are hard"
-        " to turn."
+        f", and {beside:.2f} times where the drag may be off by its tolerance as well. What is left of the angle then, drawn"
+        " below, tells of rings that are hard to turn."
         if torques is None
         else f". That does not explain it: {torque_in_words(torques, machine)}."
     )

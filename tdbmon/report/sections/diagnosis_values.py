@@ -36,7 +36,10 @@ def section(evidence: Evidence, since: Reference | None = None) -> Section | Non
         rows.append(Row((value_words(name, machine), words(value), told, remark)))
     header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
     these = "these drops have" if len(diagnosis.plain.problem.drops) > 1 else "this drop has"
-    caption = f"Values to which the machine file gives a tolerance, as {these} them (95 % intervals)"
+    caption = (
+        f"Values to which the machine file gives a tolerance, as {these} them (95 % intervals by this model, in which its laws"
+        " are exact; where they are a little off, the truth lies further away)"
+    )
     return Section("Values of the machine", (Table(caption, header, tuple(rows)),))
 
 

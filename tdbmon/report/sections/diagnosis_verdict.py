@@ -8,10 +8,11 @@ from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.held_out import LEAST_DROPS
+from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import capitalised, percent
-from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict
-from tdbmon.report.remarks import grouped
+from tdbmon.remarks import grouped
+from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict, sentence
 
 _TONE: dict[Kind, Tone] = {
     Kind.NONE: "good",
@@ -26,12 +27,19 @@ def section(evidence: Evidence) -> Section:
     diagnosis = evidence.diagnosis
     blocks: list[Block] = [
         Verdict(_sentence(diagnosis), _TONE[diagnosis.verdict.kind]),
-        Paragraph(f"Why: {diagnosis.verdict.why}."),
+        sentence(f"why: {diagnosis.verdict.why}"),
     ]
     causes = [cause for each in diagnosis.verdict.accused for cause in each.causes]
     causes += [cause for each in diagnosis.verdict.alike for cause in each.causes]
     for cause in {cause.name: cause for cause in causes}.values():
         blocks.append(Paragraph(f"{capitalised(cause.words)}: {cause.declared.what}"))
+    if standing := diagnosis.plain.problem.standing:
+        blocks.append(
+            Paragraph(
+                f"In the plain model already: {'; '.join(map(in_words, standing))}. That is no suspect at its place, and what"
+                " the verdict names or excludes comes beside it."
+            )
+        )
     if diagnosis.verdict.kind is Kind.NONE:
         blocks.append(Paragraph(_looked_for(diagnosis)))
     if diagnosis.mistaken is not None:
@@ -116,7 +124,8 @@ def _sentence(diagnosis: Diagnosis) -> str:
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     shows = "shows" if count == 1 else "show"
-    return f"None: the plain model lacks nothing that {_these(diagnosis)} {shows}."
+    beside = " beside what stands in it" if diagnosis.plain.problem.standing else ""
+    return f"None: the plain model lacks nothing that {_these(diagnosis)} {shows}{beside}."
 
 
 def probability_words(probability: float) -> str:

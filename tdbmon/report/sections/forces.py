@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 from tdbmon.identify.model_share import FORCES_HOLD
 from tdbmon.quantity import number, why_no_interval, words
+from tdbmon.remarks import and_more, grouped
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Verdict
-from tdbmon.report.remarks import and_more, grouped
 from tdbmon.report.sections.fitted_values import fitted_values
 
 if TYPE_CHECKING:

@@ -1,7 +1,8 @@
-"""The probes of both ends exchanged, in drops of a rig program that shares no code with the simulator (synthetic)."""
+"""Probes connected as others, in drops of a rig program that shares no code with the simulator (synthetic)."""
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from tdbsim.machine import load_machine
@@ -10,8 +11,8 @@ from typer.testing import CliRunner
 
 from tdbmon.cli import app
 from tdbmon.identify.crew import Crew
-from tdbmon.identify.exchanged_ends import exchanged_ends
-from tdbmon.identify.first_fits import few_drops, first_fits
+from tdbmon.identify.exchanged_cables import exchanged_cables
+from tdbmon.identify.first_fits import few_drops, first_fits, of_which
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.problem import build_problem
 from tdbmon.machine_file import with_effects
@@ -41,15 +42,36 @@ def said(machine, records):
 
 
 def told_by(problem):
-    return exchanged_ends(problem, first_fits(few_drops(problem)))
+    return exchanged_cables(problem, first_fits(few_drops(problem)))
 
 
-def test_exchanged_ends_are_told_and_right_ones_are_not(cabled):
+def test_exchanged_cables_are_told_and_right_ones_are_not(cabled):
     right, exchanged, records = cabled
     told, _ = said(exchanged, records)
     assert told is not None
     assert "probes of NDE taken for those of DE" in told
     assert said(right, records)[0] is None
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "question"),
+    [("NDE_A", "NDE_B", "or their angles in the machine file?"), ("NDE_B", "DE_B", "exchanged between the ends?")],
+)
+def test_two_probes_exchanged_are_told(cabled, one, other, question):
+    """The catalogue was searched for five minutes, and something in no catalogue said to act."""
+    right, _, records = cabled
+    channels = dict(zip((one, other), (other, one), strict=True))
+    told, drops = said(right.model_copy(update={"channels": channels}), records)
+    assert told is not None
+    assert f"with the readings of {one} and {other} exchanged" in told and told.endswith(question)
+    assert all("exchanged" in " ".join(each.faults) or "swapped" in " ".join(each.faults) for each in drops)
+
+
+def test_of_more_drops_it_is_said_which_two_the_misfit_is_of():
+    """The report had 13.7 times the noise beside the 12 times that all four drops leave."""
+    two = SimpleNamespace(drops=[SimpleNamespace(name=name) for name in ("a.nc", "b.nc")])
+    assert of_which(two) == ""
+    assert of_which(SimpleNamespace(drops=[*two.drops, *two.drops])) == " of a.nc and b.nc"
 
 
 def test_an_end_that_lacks_a_probe_tells_nothing(cabled):
@@ -61,7 +83,7 @@ def test_an_end_that_lacks_a_probe_tells_nothing(cabled):
 
 
 def test_what_the_machine_file_knows_to_act_acts_in_both_fits(cabled, monkeypatch):
-    from tdbmon.identify import exchanged_ends as module
+    from tdbmon.identify import exchanged_cables as module
 
     _, exchanged, records = cabled
     drops = measured_drops([read(path) for path in records[:1]], exchanged)

@@ -12,7 +12,13 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
 
 def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
-    """Return remarks as sentences; those that say the same of channels and records, apart from numbers, are one.
+    """Return remarks as sentences, those of one kind in one (see `alike`)."""
+    names = tuple(records)  # which keep their letters
+    return [_ended(each if each.startswith(names) else capitalised(each)) for each in alike(remarks, records)]
+
+
+def alike(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
+    """Return remarks of which those that say the same of channels and records, apart from numbers, are one.
 
     The first of them is told whole, for the others where they hold.
     """
@@ -23,7 +29,7 @@ def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
         found = _CHANNEL.fullmatch(words) if record else None
         channel, words = (found["channel"], found["words"]) if found else ("", words)
         kinds.setdefault(_NUMBER.sub("#", words) if record else remark, []).append((record, channel, words))
-    return [_joined(alike) for alike in kinds.values()]
+    return [_joined(kind) for kind in kinds.values()]
 
 
 def and_more(count: int) -> str:
@@ -31,15 +37,18 @@ def and_more(count: int) -> str:
     return f"; {count} more {'is' if count == 1 else 'are'} left out" if count > 0 else ""
 
 
-def _joined(alike: list[tuple[str, str, str]]) -> str:
-    record, channel, words = alike[0]
-    if not record:
-        return f"{capitalised(words)}."
+def _joined(kind: list[tuple[str, str, str]]) -> str:
+    record, channel, words = kind[0]
     told = ": ".join(part for part in (record, channel, words) if part)
-    if len(alike) == 1:
-        return f"{told}."
+    if not record or len(kind) == 1:
+        return told
     others: dict[str, list[str]] = {}
-    for where, which, _ in alike[1:]:
+    for where, which, _ in kind[1:]:
         others.setdefault(where, []).append(which)
     places = "; ".join(f"{where} {', '.join(filter(None, which))}".strip() for where, which in others.items())
-    return f"{told}. The same, with other numbers, of {places}."
+    other_numbers = ", with other numbers," if len({said for _, _, said in kind}) > 1 else ""
+    return f"{_ended(told)} The same{other_numbers} of {places}"
+
+
+def _ended(words: str) -> str:
+    return words if words.endswith("?") else f"{words}."
