@@ -13,7 +13,7 @@ from tdbsim.machine import Machine
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.braked import most_friction
-from tdbmon.diagnosis.contender import HARDLY, Contender
+from tdbmon.diagnosis.contender import HARDLY, NEARLY, Contender
 from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
 
@@ -59,6 +59,8 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
     torques = torques_beside_lag(slowings, contender)
     if torques is not None:
         return SlowsOtherwise((torque_in_words(torques, machine),), driven=not _is_drag(torques, machine))
+    if contender.ratio > NEARLY:  # contacts that are not as measured slow the shaft otherwise too
+        return SlowsOtherwise()
     factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
         return SlowsOtherwise()

@@ -124,6 +124,10 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     (said,) = slowing_beside(settled_plain(replace(problem, model=lighter))).remarks
     assert "slow the shaft 1.6" in said or "slow the shaft 1.5" in said
     assert "in all drops" in said
+    # a model that does not follow the drops tells nothing of how their contacts slow them
+    wrong = settled_plain(replace(problem, model=lighter))
+    wrong = replace(wrong, fit=replace(wrong.fit, misfit=4 * wrong.fit.count))
+    assert slowing_beside(wrong).remarks == ()
     # the gyroscopic moments, which are as they were, speak against another polar inertia
     assert "kg m^2 by the machine file) does not either" in said
     assert "Inertia and drag of the inner rings do not explain it" in said
