@@ -21,9 +21,8 @@ from tdbmon.identify.problem import Problem, build_problem
 _FAILS = 3.0  # misfit a residual of a model that lacks something
 # times less is left with the ends exchanged: of 12 synthetic cases as recorded with a hidden effect or none it was never less
 _CLEARLY = 3.0
-_ALIKE = (
-    1.5  # times the least that is left: such an exchange may be it as well, as on a shaft that is the same end for end
-)
+# times the least that is left: such an exchange may be it as well, as on a shaft that is the same end for end
+_ALIKE = 1.5
 
 Pairs = tuple[tuple[str, str], ...]
 
