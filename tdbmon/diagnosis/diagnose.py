@@ -391,8 +391,8 @@ def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
         out.append(
             "one drop only: none can be held out, so no gain is proved, and what is in no catalogue may look like causes of it;"
             " unbalance, bow and runout, which differ by how they change with speed, can hardly be told apart; nothing is made of"
-            " how one drop by itself departs from simulations later on; and intervals are too narrow, since no other drop says how"
-            " far the model's own faults move values. Drop from two more speeds"
+            " how one drop by itself departs from simulations later on; and intervals are too narrow, since no other drop says"
+            " how far the model's own faults move values. Drop from two more speeds"
         )
     if len(drops) > 1 and of_one_speed(drops):
         out.append(
