@@ -14,12 +14,11 @@ from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content, si_unit
 from tdbmon.record.date import first_dated, iso_date
-from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, MOMENT, is_number, plain, split
+from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, HALF_OF_DAY, MOMENT, is_number, plain, split
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
 _TIME_WORD = re.compile(r"(?i)(?:time|zeit|temps|t)(?![^\W\d_])")  # with which a name begins
-_HALF_OF_DAY = re.compile(r"\s*([aApP])\.?[mM]\.?\s*$")
 _WHOLE_SECOND = re.compile(r"(:\d\d:\d\d)(?![\d.])")
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
@@ -169,7 +168,7 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
     texts = texts.str.replace(",", ".")
     try:
         if texts.iloc[0][:4].isdigit():
-            halves = _HALF_OF_DAY.search(texts.iloc[0])
+            halves = HALF_OF_DAY.search(texts.iloc[0])
             readings = [_dated(texts, "Ymd") if halves else pd.to_datetime(texts, format="ISO8601")]
         else:
             orders = ("dmY", "mdY") if "/" in texts.iloc[0] else ("dmY",)  # 03/11/2026 is two days at two places
@@ -191,8 +190,8 @@ def _dated(texts: Any, order: str) -> Any:
 
     sign = texts.iloc[0].lstrip("0123456789")[0]
     day, clock = sign.join(f"%{each}" for each in order), "%H:%M:%S{}"
-    if _HALF_OF_DAY.search(texts.iloc[0]):
-        texts, clock = texts.str.replace(_HALF_OF_DAY, r" \1M", regex=True), "%I:%M:%S{} %p"
+    if HALF_OF_DAY.search(texts.iloc[0]):
+        texts, clock = texts.str.replace(HALF_OF_DAY, r" \1M", regex=True), "%I:%M:%S{} %p"
     for fraction in (".%f", ""):
         try:
             return pd.to_datetime(texts, format=f"{day} {clock.format(fraction)}")
@@ -210,8 +209,8 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
     import pandas as pd
 
     clocks = texts.str.replace(",", ".")
-    halves = _HALF_OF_DAY.search(clocks.iloc[0]) is not None
-    bare = clocks.str.replace(_HALF_OF_DAY, "", regex=True) if halves else clocks
+    halves = HALF_OF_DAY.search(clocks.iloc[0]) is not None
+    bare = clocks.str.replace(HALF_OF_DAY, "", regex=True) if halves else clocks
     try:
         elapsed = pd.to_timedelta(bare.where(bare.str.count(":") > 1, bare + ":00" if halves else "00:" + bare))
     except (ValueError, TypeError):

@@ -12,9 +12,11 @@ _NUMBER = r"[-+]?(?:\d+{0}?\d*|{0}\d+)(?:[eEdD][-+]?\d+)?"
 # by decimal sign: thousands, which a decimal sign must follow, or else they may be decimals themselves
 _THOUSANDS = {",": r"[-+]?\d{1,3}(?:\.\d{3})+", ".": r"[-+]?\d{1,3}(?:,\d{3})+"}
 _DATE = r"(?:\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4})"
-_CLOCK = r"\d{1,2}:\d{2}(?::\d{2})?(?:[.,]\d+)?(?:\s*[aApP]\.?[mM]\.?)?"  # of two numbers minutes and seconds
+_HALF = r"\s*([aApP])\.?[mM]\.?"
+_CLOCK = rf"\d{{1,2}}:\d{{2}}(?::\d{{2}})?(?:[.,]\d+)?(?:{_HALF})?"  # of two numbers minutes and seconds
 DATE = re.compile(_DATE)
 CLOCK = re.compile(_CLOCK)
+HALF_OF_DAY = re.compile(rf"{_HALF}\s*$")
 MOMENT = re.compile(rf"{_DATE}[T ]\s*{_CLOCK}\s*(?:Z|[-+]\d\d:?\d\d)?")
 _NUMBERS = {
     sign: re.compile(rf"{_NUMBER.format(re.escape(sign))}|{thousands}{re.escape(sign)}\d+")
