@@ -212,6 +212,11 @@ class Effect:
             known = _PARAMETERS[cls] = _parameters(cls)
         return known
 
+    @property
+    def values(self) -> dict[str, float | str]:
+        """Its parameters' values, SI, by name."""
+        return {each.name: getattr(self, each.name) for each in self.parameters()}
+
     def __str__(self) -> str:
         """Return it as `parse` reads it; what is infinite is so by default."""
         told = [(each, getattr(self, each.name)) for each in self.parameters()]

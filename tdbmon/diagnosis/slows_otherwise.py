@@ -15,7 +15,7 @@ from tdbsim.rotor import build_rotor
 from tdbmon.analysis.braked import most_friction
 from tdbmon.diagnosis.contender import HARDLY, NEARLY, Contender
 from tdbmon.diagnosis.polar_inertia import polar_inertia
-from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at
+from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at, stated_drag_sigma
 
 _DRAG_SIGMA = 0.02  # of the drag, at least
 _AS_STATED = 1e-6  # the same of a drag that is held
@@ -188,9 +188,7 @@ def _is_drag(torques: NDArray[np.float64], machine: Machine) -> bool:
 
 def _known_drag(machine: Machine) -> float:
     """Return the standard deviation of a rotor's drag beside that of the fit, as a share of it."""
-    decay = machine.rotor.speed_decay_time
-    tolerance = (decay.high - decay.low) / 4 / decay.nominal if decay is not None else 0.0
-    return max(tolerance, _DRAG_SIGMA)
+    return max(stated_drag_sigma(machine), _DRAG_SIGMA)
 
 
 def slowings_of(contender: Contender) -> tuple[Slowing, ...] | None:

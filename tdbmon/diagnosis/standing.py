@@ -32,10 +32,10 @@ def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
 def in_words(effect: Effect) -> str:
     """Return an effect that stands in a model, with its place and values."""
     declared = declaration(effect.identifier())
-    values = declared.texts({each.name: getattr(effect, each.name) for each in effect.parameters()})
+    values = declared.texts(effect.values)
     return f"{declared.title} at {place_in_words(effect.where)} ({', '.join(values)})"
 
 
 def _at_own_angle(effect: Effect) -> bool:
     turns = any(each.per_drop and not each.whole for each in effect.parameters())
-    return turns and not effect.stands_still(vars(effect))
+    return turns and not effect.stands_still(effect.values)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from tdbsim import state_layout
 from tdbsim.drop_model import DropModel
 from tdbsim.errors import InputError
+from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.prediction import Prediction, coasting, is_driven, predict
@@ -192,13 +193,19 @@ def slowing_misfit(slowings: Sequence[Slowing]) -> float:
     return sum(each.misfit(factors) for each in slowings) + against
 
 
+def stated_drag_sigma(machine: Machine) -> float:
+    """Return by which share the drag of a machine may be off by its file, standard deviation."""
+    decay = machine.rotor.speed_decay_time
+    return (decay.high - decay.low) / 4 / decay.nominal if decay is not None else 0.0
+
+
 def _drag_sigma(problem: Problem) -> float:
-    """Return by which share the drag of a machine may be off, standard deviation; 0 where it is told before the release."""
-    decay = problem.model.machine.rotor.speed_decay_time
-    if decay is None or decay.high == decay.low:
+    """Return the same beside what the levitated shafts tell of it; 0 where that is enough."""
+    stated = stated_drag_sigma(problem.model.machine)
+    if stated == 0.0:
         return 0.0
     told = [_coasting_told(drop, problem.model) for drop in problem.drops]
-    sigma = 1 / math.sqrt((4 * decay.nominal / (decay.high - decay.low)) ** 2 + sum(each**2 for each in told))
+    sigma = 1 / math.sqrt(stated**-2 + sum(each**2 for each in told))
     return sigma if sigma > _TOLD else 0.0
 
 

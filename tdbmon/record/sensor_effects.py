@@ -130,4 +130,4 @@ def check_effects(machine: Machine) -> list[Check]:
 def _of_one_drop(setting: EffectSetting) -> bool:
     """True where an effect of a machine file has an angle, or a ball's number, that differs from drop to drop."""
     effect = from_setting(setting)
-    return any(each.per_drop for each in effect.parameters()) and not effect.stands_still(vars(effect))
+    return any(each.per_drop for each in effect.parameters()) and not effect.stands_still(effect.values)
