@@ -1,4 +1,4 @@
-"""A suspect fitted: roughly from where a score says, with slopes of its own, and from the fall on."""
+"""Fits of a suspect: roughly from its score's start point, with a Jacobian of its own, and from the fall on."""
 
 from __future__ import annotations
 
@@ -28,27 +28,27 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_SMALLER = 0.3  # of the size that a score promises, where that is too much
-_BALL_SIZES = (1.0, 2.5)  # of the typical size, at which a ball is begun in the fall
-WAVE_PHASES = tuple(k * math.pi / 4 - math.pi for k in range(8))  # rad, tried of waves that stand still
-_ROUGH_SLOPES = 2  # taken at each horizon of a rough fit
-_ASTRAY = 2.0  # times what a cause leaves to the horizon, that it may leave on its way there
+_SMALLER = 0.3  # share of the size that a score suggests, tried where the suggested size fits worse than none
+_BALL_SIZES = (1.0, 2.5)  # multiples of the typical size at which the fit of a ball starts in the fall
+WAVE_PHASES = tuple(k * math.pi / 4 - math.pi for k in range(8))  # rad, start phases of standing waves
+_ROUGH_SLOPES = 2  # Jacobians at each horizon of a rough fit
+_ASTRAY = 2.0  # greatest misfit ratio at an earlier horizon, in units of that at the last one
 
 
 def begun(best: Contender, suspect: Suspect, start: Start, early: bool) -> Contender | None:
-    """Return a contender with one cause more, fitted roughly from where a score says, or from elsewhere if that is no good.
+    """Return the contender with one more cause, fitted roughly from its score's start point, or from others if that fails.
 
-    `early` says that what acts in contacts may begin at its usual size too.
+    `early`: also start contact causes at their usual size.
     """
     tried = [_roughly(best, suspect, start)]
-    if tried[0] is None or tried[0].misfit > best.misfit:  # the score saw a straight line further than it goes
+    if tried[0] is None or tried[0].misfit > best.misfit:  # the score extrapolated linearly too far
         further = (suspect.smaller(start, _SMALLER), *(suspect.usual() if early else ()))
         tried += [_roughly(best, suspect, each) for each in further]
     return min((each for each in tried if each is not None), key=lambda each: each.bic, default=None)
 
 
 def joined(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
-    """Return a contender with one cause more, not fitted yet; None where it cannot be simulated there."""
+    """Return the contender with one more cause, not yet fitted; None if it cannot be simulated at the start point."""
     try:
         return with_cause(best, suspect, start)
     except InputError:
@@ -56,7 +56,7 @@ def joined(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
 
 
 def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | None:
-    """Return a contender with one cause more, fitted with the slopes that are known; None where that is impossible."""
+    """Return the contender with one more cause, fitted with the Jacobian already known; None if it cannot be simulated."""
     wider = joined(best, suspect, start)
     if wider is None:
         return None
@@ -67,20 +67,22 @@ def _roughly(best: Contender, suspect: Suspect, start: Start) -> Contender | Non
 
 
 def with_own_slopes(contenders: Sequence[Contender], horizon: float) -> list[Contender]:
-    """Return those contenders that can be simulated, fitted anew."""
-    return _apart(_anew, contenders, horizon)
+    """Refit each contender with a Jacobian of its own; leave out those that cannot be simulated."""
+    return _in_parallel(_with_own_jacobian, contenders, horizon)
 
 
-def _apart(work: Callable[..., Contender | None], contenders: Sequence[Contender], *how: object) -> list[Contender]:
-    """Return what some work makes of contenders, several at a time; without those of which it makes nothing."""
+def _in_parallel(
+    work: Callable[..., Contender | None], contenders: Sequence[Contender], *how: object
+) -> list[Contender]:
+    """Apply `work` to the contenders in parallel and return the results other than None."""
     if not contenders:
         return []
     found = contenders[0].problem.crew.apart(work, [(each, *how) for each in contenders])
     return [new.at_home(each, each.causes) for new, each in zip(found, contenders, strict=True) if new is not None]
 
 
-def _anew(contender: Contender, horizon: float) -> Contender | None:
-    """Return a contender fitted anew; which ball differs, or at which phase a ring is, is searched too."""
+def _with_own_jacobian(contender: Contender, horizon: float) -> Contender | None:
+    """Return the contender refitted, its last cause's ball number or ring phases searched as well; None if impossible."""
     problem, new, point = contender.problem, contender.causes[-1], contender.fit.point
     if new.standing_waves:
         found = [_round_the_race(problem, new, contender.fit, horizon)]
@@ -89,14 +91,14 @@ def _anew(contender: Contender, horizon: float) -> Contender | None:
     else:
         found = [fit_or_none(problem, point, horizon, 1)]
     if new.counted is not None:
-        # a ball too large on one side does much of what a smaller one, or one too small, does elsewhere
+        # one ball that is too large acts much like another that is too small: a fit that starts at one stays there
         found += [_from_usual_size(problem, new, point, way, horizon) for way in (1.0, -1.0)]
     best = min((each for each in found if each is not None), key=lambda each: each.misfit, default=None)
     return None if best is None else replace(contender, fit=best)
 
 
 def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float) -> Fit | None:
-    """Return a fit of waves that stand still, from the best of phases all round a wave, each with the cages that suit it."""
+    """Return a fit of standing waves, started at the best of `WAVE_PHASES`, each with its own best cage angles."""
     tried = [found]
     for phase in WAVE_PHASES:
         point = found.point.copy()
@@ -113,13 +115,13 @@ def _round_the_race(problem: Problem, cause: Suspect, found: Fit, horizon: float
 
 
 def _set(problem: Problem, point: Array, cause: Suspect, parameter: Declared, value: float) -> None:
-    """Give a cause's parameter a value (SI) in a point."""
+    """Set a cause's parameter (SI) in a point."""
     at = next(k for k, p in enumerate(problem.shared) if p.name == f"{cause.name}.{parameter.name}")
     point[at] = (value - problem.shared[at].nominal) / problem.shared[at].scale
 
 
 def turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
-    """Return a fit after its cages and rings were turned to where they suit, twice; None where that is impossible."""
+    """Return the fit after two searches for the angles of its cages and rings; None if it cannot be simulated."""
     try:
         for _ in range(2):
             found = fit(problem, turn_cages(problem, found, horizon), horizon, 1)
@@ -129,7 +131,7 @@ def turned(problem: Problem, found: Fit, horizon: float) -> Fit | None:
 
 
 def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float, horizon: float) -> Fit | None:
-    """Return the same from where a cause has its typical size, one way or the other."""
+    """Return a fit that starts at the cause's typical size, of either sign (`way` ±1); None if it cannot be simulated."""
     other = point.copy()
     for size, _ in cause.sizes:
         _set(problem, other, cause, size, sized(size, way))
@@ -143,10 +145,10 @@ def _from_usual_size(problem: Problem, cause: Suspect, point: Array, way: float,
 def all_from_the_fall(
     fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float], most: float = math.inf
 ) -> list[Contender]:
-    """Return contenders fitted from the fall on, several at a time, each along the horizons up to its own.
+    """Return the contenders fitted from the fall on in parallel, each along the horizons up to its own.
 
-    Who leaves more than `most`, the misfit of one that must be beaten, on the way already, goes no further.  A ball is begun at
-    several sizes: how large it is, a fit that had made up for it by the horizon can hardly tell.
+    A fit stops as soon as its misfit exceeds `most`, the misfit to beat.  A ball starts at several sizes, since a fit whose
+    other values have compensated for the ball by the horizon hardly determines its size.
     """
     begun = [(each, start) for each in contenders for start in (each, *_balls(each))]
     tasks = [(fallen, start, [h for h in horizons if h <= each.horizon], most) for each, start in begun]
@@ -159,7 +161,7 @@ def all_from_the_fall(
 
 
 def _balls(contender: Contender) -> list[Contender]:
-    """Return a contender whose last cause is a ball with others of sizes that it is tried at; none for another cause."""
+    """Return the contender with its last cause, a ball, at each of `_BALL_SIZES`; nothing for another cause."""
     if not contender.causes or contender.causes[-1].counted is None:
         return []
     cause, problem = contender.causes[-1], contender.problem
@@ -177,7 +179,7 @@ def _balls(contender: Contender) -> list[Contender]:
 def from_the_fall_or_none(
     fallen: Contender, fitted: Contender, horizons: Sequence[float], most: float = math.inf
 ) -> Contender | None:
-    """Return `from_the_fall`; None where it cannot be simulated."""
+    """Return `from_the_fall`; None if the model cannot be simulated."""
     try:
         return from_the_fall(fallen, fitted, horizons, most)
     except InputError:
@@ -185,10 +187,10 @@ def from_the_fall_or_none(
 
 
 def from_the_fall(fallen: Contender, fitted: Contender, horizons: Sequence[float], most: float = math.inf) -> Contender:
-    """Return a contender fitted from the fall on with its causes in place, or settled where it is if that is better.
+    """Return the contender fitted from the fall on with its causes in place, or refitted from its present values if better.
 
-    By the horizon at which a model fails its values have made up for what it lacks; a cause that joins there may end in
-    another minimum.
+    By the horizon at which a model fails, its values have compensated for the missing cause; a cause that is added there may
+    end in a wrong minimum.
     """
     settled_here = settled(fitted, horizons[-1], FEW_SLOPES)
     try:
@@ -208,16 +210,18 @@ def roughly_from_the_fall(
     further: Sequence[tuple[Suspect, Start]],
     horizons: Sequence[float],
 ) -> list[Contender]:
-    """Return the model with known causes and each of several more that can be simulated, fitted roughly from the fall on.
+    """Return the model with the known causes and each of the further ones in turn, fitted roughly from the fall on.
+
+    Those that cannot be simulated are left out.
 
     Parameters
     ----------
     fallen : Contender
         The plain model, fitted to the fall.
     known, further : sequence of pair
-        Each cause and where it begins.
+        Cause and start point.
     horizons : sequence of float
-        s, along which they are fitted; at the first, where nothing touches yet, the known causes alone.
+        s; the first, before any contact, is fitted with the known causes alone.
     """
     first, *later = horizons
     try:
@@ -238,24 +242,25 @@ def at_usual_size(
     suspects: Sequence[Suspect],
     horizons: Sequence[float],
 ) -> list[Contender]:
-    """Return the model with known causes and each of suspects, fitted roughly from its usual size in the fall to the contacts.
+    """Return the model with the known causes and each suspect, fitted roughly from the fall on, from its usual size.
 
-    The plain model makes up for the first contacts by gap, clearance and stiffness; a fit that begins there does not leave them.
+    At the first contacts gap, clearance and stiffness compensate for a missing cause, and a fit that starts there keeps those
+    values.
 
     Parameters
     ----------
     fallen : Contender
         The plain model, fitted to the fall.
     known : sequence of pair
-        Each cause and where it begins.
+        Cause and start point.
     suspects : sequence of Suspect
     horizons : sequence of float
-        s; those up to where both ends have touched are used.
+        s; those up to the instant by which both ends have touched are used.
 
     Returns
     -------
     list of Contender
-        The best first, of each cause one.
+        The best first, one per cause.
     """
     begun = [(each, start) for each in suspects for start in each.usual()]
     return best_of_each_name(
@@ -276,18 +281,18 @@ def _roughly_along(bare: Contender, further: tuple[Suspect, Start], horizons: Se
 def followed_on(
     contenders: Sequence[Contender], horizons: Sequence[float], slopes: int = SLOPES, most: float = math.inf
 ) -> list[Contender]:
-    """Return those contenders that can be simulated, fitted along horizons with slopes taken so many times, several at a time.
+    """Return the contenders fitted along the horizons in parallel, with `slopes` Jacobians at each.
 
-    Who leaves more than `most`, the misfit of one that must be beaten, is none of them.
+    Left out are those that cannot be simulated and those whose misfit exceeds `most`, the misfit to beat.
     """
-    return _apart(_followed_on, contenders, horizons, slopes, most) if horizons else list(contenders)
+    return _in_parallel(_followed_on, contenders, horizons, slopes, most) if horizons else list(contenders)
 
 
 def _followed_on(contender: Contender, horizons: Sequence[float], slopes: int, most: float) -> Contender | None:
     try:
         for horizon in horizons:
             contender = settled(contender, horizon, slopes)
-            if contender.misfit > most:  # more readings leave no less
+            if contender.misfit > most:  # further readings cannot lower it
                 return None
     except InputError:
         return None

@@ -1,4 +1,4 @@
-"""Beside which models a further cause is sought: the best one alone is not enough while its causes or places may be wrong."""
+"""To which models a further cause is added: not to the leader alone while its causes or their places may be wrong."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ from collections.abc import Sequence
 
 from tdbmon.diagnosis.contender import HARDLY, Contender
 
-# of what the plain model leaves beyond noise, that a rival must take away for a cause to be sought beside it
+# share of the plain model's excess that a rival must take away for a further cause to be sought beside it
 RIVAL_TAKES = 0.25
-_BESIDE = 1.3  # times what the best model leaves beyond noise, that one with its causes at other places may leave
+_BESIDE = 1.3  # greatest excess of a model with the leader's effects at other places, in units of the leader's
 
 
 def only_parts(best: Contender) -> bool:
-    """True for a plain model that leaves little more than noise after it held longer than all are followed: paths part."""
+    """True for a plain model that held to the last common horizon and now leaves little more than noise: paths diverge."""
     return not best.causes and best.horizon > best.problem.stages.followed and best.ratio < HARDLY * best.floor
 
 
 def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> list[Contender]:
-    """Return the contenders that lack one of the best one's causes and competed to a horizon while paths have hardly parted."""
+    """Return the contenders at this horizon that lack one of the leader's causes; none once paths have diverged."""
     if horizon > best.problem.stages.sound:
         return []
     return [
@@ -28,9 +28,9 @@ def extended_by(best: Contender, field: Sequence[Contender], horizon: float) -> 
 
 
 def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> list[Contender]:
-    """Return the contender with the causes of the best one at other places that comes near to it, if there is one.
+    """Return the best contender with the leader's effects at other places, if its excess comes near the leader's.
 
-    While the place is not decided, what else is missing may show beside the right place only.
+    While the place is undecided, a further cause may show only beside the cause at the right place.
     """
     kinds = sorted(cause.declared.identifier for cause in best.causes)
     near = [
@@ -47,9 +47,9 @@ def elsewhere(best: Contender, horizon: float, field: Sequence[Contender]) -> li
 def others_of_the_field(
     best: Contender, plain: Contender, horizon: float, field: Sequence[Contender]
 ) -> list[Contender]:
-    """Return the contenders with as many causes as the best one, of other kinds, that competed to a horizon with it.
+    """Return the leader's rivals at this horizon with as many causes, which are other effects.
 
-    One that takes away next to nothing of what the plain model leaves is no cause in another's disguise.
+    A rival that takes away next to nothing of the plain model's excess is left out: it stands in for no other cause.
     """
     asked = {best.name, *(each.name for each in elsewhere(best, horizon, field))}
     rivals = {

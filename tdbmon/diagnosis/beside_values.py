@@ -1,4 +1,4 @@
-"""What a fit leaves, and what else would change it, beside what the fitted values can do: projected off their slopes."""
+"""Residuals of a fit, and changes of them, projected onto the orthogonal complement of the fit's Jacobian."""
 
 from __future__ import annotations
 
@@ -17,18 +17,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class BesideValues:
-    """Rows of the drops one after the other, then what is known of each value beforehand.
+    """Weighted residuals without the part that the free values could explain.
+
+    Rows: the residuals of the drops one after the other, then one prior of each value.
 
     Attributes
     ----------
     weights : tuple of (m,) array
-        By which the residuals of each drop count.
+        Weights of the residuals of each drop.
     basis : (rows, n) array
-        What the values can do that are free, as orthonormal columns.
+        Orthonormal basis of the Jacobian's columns for the free values.
     begin : (drops + 1,) array
         The row at which each drop begins.
     left : (rows,) array
-        What the fit leaves beside that.
+        Weighted residuals, orthogonal to `basis`.
     """
 
     weights: tuple[Array, ...]
@@ -37,12 +39,12 @@ class BesideValues:
     left: Array
 
     def of(self, changes: Sequence[Array]) -> Array:
-        """Return what changes of the drops' residuals, (m,) each, are beside what the values can do, (rows,)."""
+        """Return changes of the drops' residuals, (m,) each, without their part in `basis`, (rows,)."""
         return _beside(self.basis, self.weights, changes, np.zeros(len(self.left) - int(self.begin[-1])))
 
 
 def beside_values(problem: Problem, fitted: Fit) -> BesideValues:
-    """Return what a fit leaves beside what its values can do; one at its bound goes no further, as little as it may be off."""
+    """Return a fit's residuals without the part that its values could explain; a value at its bound counts as fixed."""
     weights = tuple(np.sqrt(huber(each, spread(each))) for each in fitted.residuals)
     basis, begin = directions(problem, fitted.slopes, weights, ~problem.at_bound(fitted.point))
     left = _beside(basis, weights, fitted.residuals, problem.prior * fitted.point)
@@ -57,22 +59,22 @@ def _beside(basis: Array, weights: Sequence[Array], rows: Sequence[Array], last:
 def directions(
     problem: Problem, slopes: Sequence[Array], weights: Sequence[Array], free: NDArray[np.bool_]
 ) -> tuple[Array, NDArray[np.intp]]:
-    """Return what the fitted values can do, as orthonormal columns, and the row at which each drop begins.
+    """Return an orthonormal basis of the weighted Jacobian, and the row at which each drop begins.
 
     Parameters
     ----------
     problem : Problem
     slopes : sequence of (m, columns) array
-        Of each drop.
+        Jacobian of each drop.
     weights : sequence of (m,) array
-        By which its residuals count.
+        Weights of its residuals.
     free : (parameters,) array
         Which values may move.
 
     Returns
     -------
     basis : (rows, n) array
-        n values that are free.  Rows of the drops one after the other, then what is known of each value beforehand.
+        n free values.  Rows: the drops one after the other, then one prior of each value.
     begin : (drops + 1,) array
     """
     begin = np.concatenate([[0], np.cumsum([len(weight) for weight in weights])])

@@ -68,7 +68,7 @@ def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.
 
 
 def _write_extended(result: Diagnosis, path: Path) -> str:
-    """Write the machine file with what was named, and return what to say of it."""
+    """Write the machine file with the named causes and return the line that says so."""
     wider = extended_machine(result)
     if wider is None:
         there = "; the one that is there is of an earlier run" if path.exists() else ""

@@ -1,4 +1,4 @@
-"""What the drops show beside the verdict, so that a reader can judge for himself."""
+"""Residuals, residual forces and slowing of the models behind a verdict, for readers to judge by themselves."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _SHOWN = 3  # drops in a figure
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Evidence:
-    """A diagnosis with what its models leave.
+    """A diagnosis with the residuals of its models.
 
     Attributes
     ----------
@@ -27,12 +27,12 @@ class Evidence:
     extended : Contender or None
         The likeliest model, where it has causes.
     plain_left : tuple of LeftOver
-        Of the plain model, a drop each.
+        Residuals of the plain model, one per drop.
     extended_left : tuple of LeftOver
-        Of the extended one, to the same horizon; empty where there is none.
+        The same of the extended model, to the same horizon; empty without one.
     plain_force, extended_force : tuple of ResidualForce
     plain_slowing, extended_slowing : tuple of Slowing or None
-        None where they are not known, or there is no such model.
+        None if unknown, or without such a model.
     """
 
     diagnosis: Diagnosis
@@ -46,25 +46,25 @@ class Evidence:
 
     @property
     def best_left(self) -> tuple[LeftOver, ...]:
-        """Of the likeliest model."""
+        """Residuals of the likeliest model."""
         return self.extended_left or self.plain_left
 
     @property
     def shown(self) -> tuple[int, ...]:
-        """Drops that figures show: the slowest, the fastest, and one between."""
+        """Indices of the drops that figures show: the slowest, one between and the fastest."""
         return chosen([abs(left.omega) for left in self.plain_left])
 
     def shown_with(self, drop: int) -> tuple[int, ...]:
-        """Drops that a figure shows which is about one of them: it takes the place of the one between."""
+        """Indices of the drops in a figure about one of them, which takes the place of the one between."""
         return self.shown if drop in self.shown else (self.shown[0], drop, self.shown[-1])
 
     @property
     def selection(self) -> str:
-        """Which drops figures show and why, as a sentence behind their captions; "" where they show all."""
+        """Which drops the figures show and why, as a sentence after their captions; "" if they show all."""
         return self.selection_of(self.shown)
 
     def selection_of(self, shown: Sequence[int]) -> str:
-        """Return the same of other drops shown (see `shown_with`)."""
+        """Return the same sentence for other drops (see `shown_with`)."""
         if len(shown) == len(self.plain_left):
             return ""
         between = "one between" if tuple(shown) == self.shown else "the one that departs most"
@@ -73,7 +73,7 @@ class Evidence:
 
 
 def evidence_of(diagnosis: Diagnosis) -> Evidence:
-    """Simulate the fitted models once more and look at what they leave.
+    """Simulate the fitted models once more and collect their residuals.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def evidence_of(diagnosis: Diagnosis) -> Evidence:
 
 
 def chosen(speeds: Sequence[float]) -> tuple[int, ...]:
-    """Return the places of at most three speeds, evenly among the sorted ones, the slowest first."""
+    """Return the indices of at most three speeds, evenly spaced in the sorted order, the slowest first."""
     order = np.argsort(speeds, kind="stable")
     if len(order) <= _SHOWN:
         return tuple(int(k) for k in order)

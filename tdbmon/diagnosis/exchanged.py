@@ -1,7 +1,7 @@
 """Another cause in the place of one that held for a while.
 
-At the first contacts a support that loosens, one that hardens and one that is softer one way look alike; which of them is
-fitted first can hang on little.  The one that is not there fails as contacts go on.
+At the first contacts a loose, a hardening and an anisotropic support look alike, and small differences decide which of them
+is fitted first.  A wrong one fails at later contacts.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from tdbmon.diagnosis.attempt import at_usual_size, followed_on
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.suspects import Suspect
 
-_SEATED = 4  # of the best, that go on to where the cause fails
+_FOLLOWED = 4  # of the best, followed on to the horizon at which the cause fails
 
 
 def exchanged(
     fallen: Contender, failing: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
 ) -> Contender:
-    """Return a contender, or the best with another cause in the place of its last one, begun in the fall at its usual size.
+    """Return the best of the contender and the same with another last cause, started in the fall at its usual size.
 
     Parameters
     ----------
@@ -31,7 +31,7 @@ def exchanged(
         s; those up to the contender's own are used.
     """
     others = [each for each in suspects if each.name not in failing.effects]
-    *stay, _ = failing.known
-    begun = at_usual_size(fallen, stay, others, horizons)
+    *kept, _ = failing.known
+    begun = at_usual_size(fallen, kept, others, horizons)
     on = [h for h in horizons if fallen.problem.stages.touched < h <= failing.horizon]
-    return min([failing, *followed_on(begun[:_SEATED], on, most=failing.misfit)], key=lambda each: each.bic)
+    return min([failing, *followed_on(begun[:_FOLLOWED], on, most=failing.misfit)], key=lambda each: each.bic)

@@ -12,9 +12,9 @@ from tdbmon.quantity import percent
 
 
 def extended_machine(diagnosis: Diagnosis) -> Machine | None:
-    """Return the machine at the values of the likeliest extended model, with its effects; None where none is accused.
+    """Return the machine with the values and effects of the likeliest extended model; None if none is accused.
 
-    What differs from drop to drop (a phase on the inner ring, the number of a ball) is that of the first drop.
+    Values that differ from drop to drop (a phase on the inner ring, the number of a ball) are those of the first drop.
     """
     if diagnosis.verdict.kind not in (Kind.NAMED, Kind.AMBIGUOUS) or not diagnosis.verdict.accused:
         return None
