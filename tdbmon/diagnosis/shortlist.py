@@ -1,4 +1,4 @@
-"""Which suspects are fitted beside a model, and how carefully: by their scores, and by how their rough fits come out."""
+"""Which suspects are fitted in addition to a model's causes, and how thoroughly: by their scores and their rough fits."""
 
 from __future__ import annotations
 
@@ -9,22 +9,22 @@ from tdbmon.diagnosis.contender import Contender, negligible
 from tdbmon.diagnosis.score import Score, scores
 from tdbmon.diagnosis.suspects import Suspect
 
-_SAME_NAME = 2  # of one effect at one place with other words or orders, that are fitted roughly
-_ADMITTED = 8  # of those fitted roughly, fitted with their own slopes
+_SAME_NAME = 2  # words or orders of one effect at one place, fitted roughly
+_ADMITTED = 8  # best rough fits that get a Jacobian of their own
 _SAME_KIND = 3  # of one effect among them
-WEAK = 2  # beside a model that leaves noise alone: of those fitted with their own slopes, and of the best scores
-# sum of squares beyond the price of its parameters, from which on a score is worth fits from the fall on: with nothing hidden
-# the best promised less than that in five synthetic cases of eight
+WEAK = 2  # beside a model that holds: candidates kept of the fits with a Jacobian of their own, and of the scores
+# gain beyond the BIC's price of its parameters from which a suspect is fitted from the fall on: with nothing hidden the best
+# score was lower in five of eight synthetic cases
 _PROMISING = 150.0
-SURE = 20.0  # sum of squares that a suspect must promise beyond the price of its parameters
-_PROMISE = 0.2  # of what is left beyond noise, that a further cause must promise
-_ASKED_ANYWAY = 3  # of the best scores, whatever they promise
+SURE = 20.0  # least gain beyond the BIC's price of its parameters
+_PROMISE = 0.2  # least gain of a further cause, share of the leader's excess
+_ASKED_ANYWAY = 3  # names with the best scores, fitted if they gain anything beyond that price
 
 
 def promising(best: Contender, asked: Sequence[Score], share: float = 0.0) -> list[Score]:
-    """Return the scores, of suspects of different names, that promise most beyond the price of their parameters.
+    """Return the highest scores of suspects of different names, beyond the BIC's price of their parameters.
 
-    They must promise a share of what the best contender leaves beyond noise, too.
+    Each must also promise a share of the best contender's excess.
     """
     price = math.log(best.fit.count)
     of_each_name: dict[str, Score] = {}
@@ -38,16 +38,16 @@ def promising(best: Contender, asked: Sequence[Score], share: float = 0.0) -> li
 
 
 def _of_excess(share: float, best: Contender, score: Score) -> float:
-    """Return a share of what the best contender leaves beyond noise, in the units of its scores."""
+    """Return a share of the best contender's excess in the units of its scores."""
     return share * score.total * best.excess / best.misfit
 
 
 def worth_fitting(
     best: Contender, horizon: float, suspects: Sequence[Suspect], field: Sequence[Contender], thorough: bool
 ) -> list[Score]:
-    """Return the suspects to fit roughly: all in a thorough search beside the plain model, else those that promise a gain.
+    """Return the scores of the suspects to fit roughly: all in a thorough search beside the plain model, else the promising ones.
 
-    Two that have angles or a number of their own in every drop never stand together: they would fit what is in no catalogue.
+    Two drop-specific causes never stand together: they would fit what is in no catalogue.
     """
     known = {each.effects for each in field if each.horizon == horizon}
     open_to = [
@@ -65,7 +65,7 @@ def worth_fitting(
         names[name] = names.get(name, 0) + 1
         worth = score.beyond(price)
         least = _of_excess(_PROMISE, best, score) if best.causes else -math.inf if thorough else SURE
-        # a score follows straight lines, and a fit that fails is far off
+        # a score is linear, and a model that fails is far from its minimum
         first = len(names) <= _ASKED_ANYWAY and worth > 0
         if (
             names[name] <= _SAME_NAME
@@ -77,10 +77,11 @@ def worth_fitting(
 
 
 def admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[list[Contender], list[Contender]]:
-    """Return who of those fitted roughly, the best first, gets slopes of his own, and who gets them if nobody explains.
+    """Return the rough fits that get a Jacobian of their own, and those that get one only if none of the former explains.
 
-    Those of the best scores do: a rough fit may fail where the score is right.  What acts in contacts is seldom near its
-    minimum yet, nor is it known which ball differs; later on it takes too long.
+    The former: the best fits, the suspects with the best scores, since a rough fit may fail where the score is right, and balls,
+    whose number is not yet known.  The latter: further contact causes, whose rough fits seldom end near their minimum; after the
+    first contacts they take too long.
     """
     likely: list[Contender] = []
     others: list[Contender] = []
@@ -100,10 +101,10 @@ def admitted(rough: Sequence[Contender], promised: Sequence[Suspect]) -> tuple[l
 
 
 def siblings_first(ranked: Sequence[Contender]) -> list[Contender]:
-    """Return contenders, the best first, with that next to it which has its cause at one end if it has it at both, or so.
+    """Move the first contender with the leader's effect at both ends instead of one, or the reverse, up to second place.
 
-    Where an effect acts at both ends alike or at one, rough fits hardly tell; and with a second cause, which takes away again
-    what is too much at the other end, the wrong one is as good as the right one.
+    Rough fits hardly tell whether an effect acts at one end or at both alike; and with a second cause, which cancels the effect
+    at the wrong end, the wrong model fits as well as the right one.
     """
     for place, each in enumerate(ranked[1:], start=1):
         mine, best = each.causes[-1], ranked[0].causes[-1]

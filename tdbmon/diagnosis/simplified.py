@@ -1,4 +1,4 @@
-"""Simpler models in the place of those that need a cause less."""
+"""Removal of causes that a model does not need."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ from tdbmon.diagnosis.contender import (
 )
 from tdbmon.diagnosis.suspects import Start, may_act_at_both_ends
 
-HOPELESS = 2.0  # misfit a residual, from which on a model that another halves is hopeless
-_MOST_OF_IT = 0.1  # of what the plain model leaves beyond noise, that a cause leaves which explains nearly all
+HOPELESS = 2.0  # misfit ratio above which a model is hopeless beside one with half of it
+_MOST_OF_IT = 0.1  # share of the plain model's excess left by a model that explains nearly all of it
 
 
 def simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, list[Contender]]:
-    """Return the models with those among them that need a cause less and leave noise alone just as well."""
+    """Return the plain model and the others, those with needless causes replaced by simpler ones."""
     while field:
         best = min(field, key=lambda each: each.bic)
         simpler = []
         for freed in (*without_each(best, best.horizon), *at_both_ends(best)):
-            # a model that is nowhere near without a cause needs it
+            # a rough fit that is far off needs no better one: the cause is needed
             near = settled(freed, best.horizon, SLOPES) if freed.ratio < 2 * HOPELESS * best.ratio else freed
-            # who leaves as much with a cause less is the better model, whether it fails or not
+            # a model that leaves no more with one cause less is better, whether it fails or not
             needless = near.bic < best.bic + (0.0 if near.fails_beside(plain) else SIMPLER)
             if needless or only_accompanies(best, near, plain):
                 simpler.append(near)
@@ -47,10 +47,10 @@ def simplified(plain: Contender, field: list[Contender]) -> tuple[Contender, lis
 
 
 def at_both_ends(best: Contender) -> list[Contender]:
-    """Return a contender with a cause at both ends alike in the place of two that are the same but for their end.
+    """Return the contender with one cause at both ends in the place of two that differ in their end only, not yet fitted.
 
-    A search that adds one cause at a time finds an effect of both ends so.  It begins midway between their values, with the
-    angle of the first, and is not fitted yet.
+    A search that adds one cause at a time finds an effect at both ends as two.  The start point is the mean of both, with the
+    angle of the first.
     """
     found = []
     for (first, one), (second, other) in combinations(enumerate(best.causes), 2):
@@ -68,14 +68,14 @@ def at_both_ends(best: Contender) -> list[Contender]:
 
 
 def only_accompanies(best: Contender, near: Contender, plain: Contender) -> bool:
-    """True where the cause that a model has beyond a nearer one only fits what laws that are a little off leave of it.
+    """True if the cause that `best` has and `near` lacks only fits what inexact laws leave.
 
-    With angles or a number of its own in every drop it fits much that is not there.
+    So if it is drop-specific, and `near` with its other causes hardly fails: such a cause fits much that is not there.
     """
     gone = [cause for cause in best.causes if cause.name not in near.effects]
     return bool(near.causes and gone) and all(cause.drop_specific for cause in gone) and hardly_fails(near, plain)
 
 
 def hardly_fails(each: Contender, plain: Contender) -> bool:
-    """True where a model leaves little more than noise, and takes away nearly all that the plain one leaves."""
+    """True if a model leaves little more than noise, and takes away nearly all of the plain model's excess."""
     return each.ratio < HARDLY * each.floor and each.excess < _MOST_OF_IT * plain.excess

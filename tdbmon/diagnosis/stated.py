@@ -1,9 +1,9 @@
-"""Whether what the best model leaves is a cause, or only that a machine file states more exactly than anybody knows.
+"""Whether the excess of the best model is due to a cause, or to values that the machine file states without tolerance.
 
-A machine file gives tolerances to what calibration is for.  What it states without one (stiffness and exponent of the
-contact, how friction goes with the load, stiffness of the balls, masses, elastic modulus) is never exact either.
-Where the best model fails and these values, moved within what is known of them, take away half of what it leaves, they stay
-free in all models.  Where the plain model explains the drops, a cause must take away more than they do.
+A machine file gives a tolerance to values that are to be calibrated.  What it states without one (stiffness and exponent of the
+contact, dependence of friction on load, stiffness of the balls, masses, elastic modulus) is never exact either.  Where the best
+model fails and these values, moved within their usual uncertainty, take away half of its excess, they stay free in all models.
+Where the plain model explains the drops, a cause must take away more than they do.
 """
 
 from __future__ import annotations
@@ -16,25 +16,25 @@ from tdbmon.diagnosis.attempt import all_from_the_fall
 from tdbmon.diagnosis.contender import EXPLAINED, FEW_SLOPES, SLOPES, Contender, eased, settled
 from tdbmon.identify.stated_values import WORTH, fitted_with_stated_values, has_stated_values
 
-_HOPELESS = 2.0  # times what the best model leaves
+_HOPELESS = 2.0  # times the lowest misfit ratio
 
 
 def explained_by_stated_values(best: Contender) -> bool:
-    """Return whether the stated values take away half of what a model leaves, fitted from where it is."""
+    """True if freeing the stated values, fitted from the model's present values, takes away half of its excess."""
     freed = fitted_with_stated_values(best.problem, best.fit, best.horizon)
     return freed is not None and explained(best, freed[1].misfit)
 
 
 def explained(before: Contender, freed: float) -> bool:
-    """Return whether a model with the stated values free, which leaves this misfit, takes away half of what it left before."""
+    """True if the misfit with the stated values free, `freed`, is lower by half of the excess before."""
     return before.misfit - freed > WORTH * before.excess
 
 
 def plain_beside(plain: Contender, best: Contender) -> Contender:
-    """Return the plain model to weigh against the best one: with the stated values free where that leaves less.
+    """Return the plain model to compare with the leader: with the stated values free if that leaves less than the leader.
 
-    Asked where a cause leads and the plain model leaves little more than noise.  What acts on sensors alone is nothing that
-    such values do.
+    Only where a cause leads and the plain model explains the drops.  Causes of sensors alone are exempt: no stated value acts
+    like them.
     """
     if (
         not best.on_shaft
@@ -53,16 +53,17 @@ def plain_beside(plain: Contender, best: Contender) -> Contender:
 def with_stated_values_free(
     fallen: Contender, contenders: Sequence[Contender], horizons: Sequence[float]
 ) -> tuple[Contender, list[Contender]] | None:
-    """Return the plain model after the fall, and contenders, each fitted to where it was, with the stated values free.
+    """Return the plain model fitted to the fall, and the contenders refitted to their horizons, with the stated values free.
 
-    From the fall on; those that are hopeless from where they are.  None where one of them cannot be simulated so.
+    Contenders are fitted from the fall on, hopeless ones from their present values.  None if one cannot be simulated.
 
     Parameters
     ----------
     fallen : Contender
+        The plain model, fitted to the fall.
     contenders : sequence of Contender
     horizons : sequence of float
-        All; each contender is fitted along those up to its own.
+        All, s; those up to each contender's own are used.
     """
     least = min(each.ratio for each in contenders)
     lost = [each.ratio > _HOPELESS * least for each in contenders]
@@ -74,9 +75,9 @@ def with_stated_values_free(
         )
         if len(found) < lost.count(False):
             return None
-        led = iter(found)
+        refitted = iter(found)
         return start, [
-            settled(each, each.horizon, FEW_SLOPES) if hopeless else next(led)
+            settled(each, each.horizon, FEW_SLOPES) if hopeless else next(refitted)
             for each, hopeless in zip(free, lost, strict=True)
         ]
     except InputError:

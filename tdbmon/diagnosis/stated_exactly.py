@@ -1,14 +1,14 @@
-"""What a machine file states exactly though drops need it free: no fit follows them then, and only the file is wrong."""
+"""Values that a machine file states exactly though no fit follows drops unless they are free; then the file is at fault."""
 
 from __future__ import annotations
 
 from tdbsim.machine import Machine
 
-_NEEDED = ("radial_gap", "support_stiffness", "friction")  # of each bearing: what the first contacts are made of
+_NEEDED = ("radial_gap", "support_stiffness", "friction")  # of each bearing: they determine the first contacts
 
 
 def stated_exactly(machine: Machine) -> list[str]:
-    """Return, in words, what a file gives no tolerance that nobody knows so well; unbalance where it has no plane of it."""
+    """Return, in words, the `_NEEDED` values without tolerance, and the unbalance if no plane of it is stated."""
     found = [
         f"{field.replace('_', ' ')} of {bearing.name}"
         for bearing in machine.touchdown_bearings
@@ -21,7 +21,7 @@ def stated_exactly(machine: Machine) -> list[str]:
 
 
 def exact_remarks(machine: Machine) -> tuple[str, ...]:
-    """Return what there is to say of them."""
+    """Return the remark that lists `stated_exactly`, if there are any."""
     stated = stated_exactly(machine)
     if not stated:
         return ()

@@ -177,7 +177,7 @@ def test_a_weak_further_cause_joins_one_that_leaves_little_where_it_is_there(cre
             Search(fallen, everyone, (0.006, 0.010, 0.014), lambda _: None), settled(fallen, 0.014, 2), [named], 0.014
         )
         assert not named.fails_beside(under_way.plain)
-        under_way._add_what_is_weak()
+        under_way._add_weak_cause()
         joined[more] = under_way.others[1:]
     none, (wider,) = joined.values()
     assert none == []
@@ -238,13 +238,13 @@ def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, m
     held = replace(contender(plain, ("off_sized_ball@DE",), 0, 0.95), horizon=0.027)
     failing = replace(contender(plain, ("off_sized_ball@DE",), 0, 1.5), horizon=0.033)
     monkeypatch.setattr(module, "settled", lambda each, horizon, _: replace(each, horizon=horizon))
-    contest_of = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [failing], 0.033, sound=(held,))
-    assert contest_of._earlier_witness()
+    contest_of = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [failing], 0.033, held=(held,))
+    assert contest_of._return_to_earlier()
     (witness,) = contest_of.others
     assert (contest_of.horizon, witness.horizon, witness.failed_s) == (0.027, 0.027, 0.033)
     # where one leaves noise alone, no other is needed
-    fine = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [held], 0.027, sound=(held,))
-    assert not fine._earlier_witness()
+    fine = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [held], 0.027, held=(held,))
+    assert not fine._return_to_earlier()
     assert fine.others[0].failed_s == 0.0
 
 
@@ -258,12 +258,12 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
     assert wavering.fails
     monkeypatch.setattr(module, "settled", lambda each, horizon, _: replace(each, horizon=horizon))
     monkeypatch.setattr(module.Contender, "fails_beside", lambda self, _: self.fails)
-    under_way = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [wavering], 0.033, sound=(held,))
-    assert not under_way._earlier_witness()
+    under_way = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [wavering], 0.033, held=(held,))
+    assert not under_way._return_to_earlier()
     under_way.horizon, under_way.others = 0.04, [replace(wavering, horizon=0.04)]
-    assert not under_way._earlier_witness()
+    assert not under_way._return_to_earlier()
     under_way.horizon, under_way.others = 0.047, [contender(plain, ("off_sized_ball@DE",), 0, 1.6)]
-    assert under_way._earlier_witness()
+    assert under_way._return_to_earlier()
     (witness,) = under_way.others
     assert (witness.horizon, witness.failed_s) == (0.027, 0.033)  # where it failed first, not where it was given up
     # a plain model that leaves as little is no reason to go on
@@ -303,10 +303,10 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
     monkeypatch.setattr(module, "of_any_kind", lambda *_, **__: asked.append(horizon) or found)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
     under_way = _Contest(search, lost, [failing], horizon)
-    assert under_way._met_by_another_kind(failing) == tried
+    assert under_way._try_other_kinds(failing) == tried
     assert bool(asked) == tried
     assert under_way.best is (found if tried else failing)
-    assert not under_way._met_by_another_kind(failing)  # nobody is asked twice
+    assert not under_way._try_other_kinds(failing)  # nobody is asked twice
 
 
 @pytest.mark.parametrize(
@@ -327,7 +327,7 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
 
     monkeypatch.setattr(module, "of_any_kind", kinds)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
-    _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._met_by_another_kind(failing)
+    _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._try_other_kinds(failing)
     # what the foundation was fitted to beside lobes of a wrong order may have made up for them
     assert asked == [("ring_out_of_round@DE", False), ("ring_out_of_round@DE", True)]
 
@@ -344,12 +344,12 @@ def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(com
     monkeypatch.setattr(module, "of_any_kind", lambda _, best, *rest, **__: other if best is came else best)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
     under_way = _Contest(search, lost, [wider], 0.014)
-    assert under_way._met_by_another_kind(came)
+    assert under_way._try_other_kinds(came)
     assert under_way.best is other
     assert wider in under_way.others
     # one that came without failing is nobody's wrong order
     still = _Contest(Search(plain, (), (0.006,), lambda _: None, began=0.01), lost, [wider], 0.014)
-    assert not still._met_by_another_kind(replace(wider, causes=wider.causes[:1]))
+    assert not still._try_other_kinds(replace(wider, causes=wider.causes[:1]))
 
 
 def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(competed):
@@ -476,7 +476,7 @@ def test_a_cause_that_held_and_fails_is_exchanged_where_one_more_beside_it_is_in
     monkeypatch.setattr(module, "exchanged", lambda _, best, *rest: asked.append(best) or better)
     for step in ("_refit", "_deepen", "_free_stated_values"):
         monkeypatch.setattr(module._Contest, step, lambda self: None)
-    under_way = _Contest(search, lost, [failing], sound=(failing,) if held else ())
+    under_way = _Contest(search, lost, [failing], held=(failing,) if held else ())
     under_way._over(horizon)
     assert asked == ([failing] if tried else [])
     assert (under_way.best is better) == tried
