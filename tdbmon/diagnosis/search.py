@@ -1,7 +1,7 @@
-"""The search for a cause that would explain what the best model leaves.
+"""The search for a cause that explains the excess of the best model.
 
-Scores say where the fit of a suspect begins; fits with slopes that are known sort the suspects; slopes of their own
-decide between those that come out best.
+Scores give each suspect's start point; rough fits with the Jacobian already known rank the suspects; fits with a Jacobian of
+their own decide between the best.
 """
 
 from __future__ import annotations
@@ -39,26 +39,26 @@ from tdbmon.identify.follow import followed
 from tdbmon.identify.stages import Stages
 from tdbmon.progress import Progress, silent
 
-_PROMISED = 5  # of the best scores, fitted with their own slopes too
-_SEATED = 4  # of them at most, that go on from the first search
-_SEATED_LATER = 2  # the same from a later one
-_CLEARLY = 0.8  # of what is left beyond noise: who takes away so much needs no rival that came out worse
-# times the floor, that a plain model may leave where it holds as far as all are followed: more than its laws, paths part there
+_PROMISED = 5  # best scores, whose suspects get a Jacobian of their own too
+_FROM_THE_FALL = 4  # candidates at most that are fitted from the fall on in the first search
+_FROM_THE_FALL_LATER = 2  # the same in later ones
+_CLEARLY = 0.8  # share of the excess: a candidate that takes away so much makes worse ones superfluous
+# times the floor: a plain model that leaves less at the last common horizon is in a wrong minimum, or its paths diverge
 _PARTING = 1.5
-_ALIKE = 2.0  # times what the best leaves at the first contact, that who looks like it may leave
-# of what the best waves, lobes or ball take away at one bearing, that those at the other must take to be asked too
+_ALIKE = 2.0  # greatest misfit of a look-alike at the first contacts, in units of the best one's
+# share of what waves, lobes or a ball take away at one bearing from which those at the other are tried too
 _WAVES_TAKE = 1 / 3
-_ROUNDS = 5  # times at most that all suspects are fitted
-# of them, kept for further causes: what three did not find a first cause for has none in the catalogue
+_ROUNDS = 5  # searches over all suspects, at most
+# of these, reserved for further causes: if three found no first cause, there is none in the catalogue
 _KEPT_FOR_FURTHER = 2
-_FURTHER_TAKES = 0.5  # of what is left beyond noise, that a further cause must take away
-_FURTHER_PROMISES = 0.25  # the same, that its score must promise where little is left
-_FURTHER_TAKES_ROUGHLY = 0.3  # the same before it is fitted from the fall on
+_FURTHER_TAKES = 0.5  # share of the excess that a further cause must take away
+_FURTHER_PROMISES = 0.25  # share of the excess that its score must promise where little is left
+_FURTHER_TAKES_ROUGHLY = 0.3  # share of the excess that it must take away before it is fitted from the fall on
 
 
 @dataclass
 class Search:
-    """The search for causes: what it may draw on, and how often it still may.
+    """The search for causes: its suspects, the rounds left, and what was tried before.
 
     Attributes
     ----------
@@ -69,17 +69,17 @@ class Search:
         s.
     progress : callable
     rounds : int
-        Times that all suspects may still be fitted.
+        Searches over all suspects that are left.
     weak : bool
-        Whether one more cause is sought beside a model with causes that leaves little; not where laws are known to be off.
+        Whether a further cause is sought for a model with causes that leaves little; not where laws are known to be inexact.
     began : float
-        Horizon at which causes were sought first, s.
+        Horizon of the first search, s.
     tried : Contender or None
-        The plain model in the fall from which causes in contacts were begun.
+        The plain model, fitted to the fall, beside which contact causes were started in the fall.
     asked : dict
-        Horizon to which causes were sought last beside each model, s, by its name.
+        Horizon of the last search beside each model, s, by the model's name.
     first_contact_fits : FirstContactFits
-        Waves, lobes and balls beside the plain model where both ends have touched.
+        Fits of the plain model with waves, lobes and balls to where both ends have touched.
     """
 
     fallen: Contender
@@ -95,23 +95,23 @@ class Search:
 
     @property
     def stages(self) -> Stages:
-        """Up to where models are fitted and judged."""
+        """Horizons of the steps of fits and judgements."""
         return self.fallen.problem.stages
 
     @property
     def last(self) -> float:
-        """Last horizon as far as all are followed, s."""
+        """Last common horizon of all models, s."""
         return max(h for h in self.horizons if h <= self.stages.followed)
 
     def may_ask(self, best: Contender) -> bool:
-        """True where rounds are left to seek a cause beside the best contender."""
+        """True if rounds are left for a search beside the leader."""
         return self.rounds > (0 if best.causes else _KEPT_FOR_FURTHER)
 
     def compared(self, plain: Contender, field: list[Contender], horizon: float) -> tuple[Contender, list[Contender]]:
-        """Return the plain model and the others, after suspects were asked to explain what the best model leaves."""
+        """Search for causes that explain the leader's excess, and return the plain model and the others with those found."""
         best = leader(plain, field, horizon)
         if best.hardly_better(plain):
-            best = plain  # who explains next to nothing may stay, but what is missing is sought beside the plain model
+            best = plain  # a leader that explains next to nothing stays, but the search goes on beside the plain model
         while self._asks_beside(best, plain, horizon):
             self.rounds -= 1
             self.began = min(self.began, horizon)
@@ -136,33 +136,33 @@ class Search:
         return plain, field
 
     def _asks_beside(self, best: Contender, plain: Contender, horizon: float) -> bool:
-        """True where a cause is sought beside the best model: where it fails, early on, or at the end for what is weak."""
+        """True if a cause is sought beside the leader: where it fails, or at the last common horizon for weak causes."""
         if len(best.causes) >= MOST_CAUSES or not self.may_ask(best) or only_parts(best):
             return False
-        # while paths have hardly parted, what is left is a cause more often than a law that is off
+        # before paths diverge, an excess is due to a cause more often than to an inexact law
         early = best.fails and horizon <= self.stages.sound
         return best.fails_beside(plain) or early or self._may_lack_what_is_weak(best, horizon)
 
     def _may_lack_what_is_weak(self, best: Contender, horizon: float) -> bool:
-        """True as far as all are followed, for a plain model: what is weak may show later only."""
+        """True for a plain model at the last common horizon: weak causes may show only there."""
         return horizon == self.last and not best.causes and not slows_otherwise(best)
 
     def _fails_plainly(self, best: Contender, horizon: float) -> bool:
-        """True where the search beside a model is thorough.
+        """True if the search beside a model is thorough.
 
-        A plain model that only begins to part from the drops late is in a wrong minimum more often than wrong.
+        A plain model that begins to fail only at a late horizon is more often in a wrong minimum than lacking a cause.
         """
         parts = _PARTING if horizon >= self.last else HARDLY
         hardly = horizon >= self.stages.late and not best.causes and best.ratio < parts * best.floor
         return best.fails and not hardly
 
     def _deeper(self, best: Contender, found: Sequence[Contender], horizon: float) -> Contender:
-        """Return the best model, or the same in a deeper minimum, which those found beside it may have led to."""
-        # one that leaves noise alone was asked beside for what is weak only
+        """Return the leader, or the same model in a deeper minimum that the models found may have led to."""
+        # a leader that holds is searched beside for weak causes only
         if not best.fails and min(each.bic for each in found) < best.bic - SURE:
-            # who fits better may only have found the path that a plain model in a wrong minimum lost
-            best = self._sought(best)
-        # what is next to nothing may have led out of a hollow
+            # a better model may only have found the path that a plain model in a wrong minimum lost
+            best = self._from_several_starts(best)
+        # a negligible cause may have led the fit out of a wrong minimum
         led = without_last([each for each in found if each.negligible], horizon)
         deeper = min([best, *(each for each in led if each.causes == best.causes)], key=lambda each: each.misfit)
         return deeper if deeper.misfit < best.misfit - SURE else best
@@ -170,11 +170,11 @@ class Search:
     def _found_beside(
         self, best: Contender, plain: Contender, horizon: float, field: Sequence[Contender], thorough: bool
     ) -> list[Contender]:
-        """Return who explains what the best contender leaves: with a cause more than it, or than another of the field.
+        """Return models that explain the leader's excess: it, or another of the field, with one more cause.
 
-        While paths have hardly parted, another cause in the place of the best one's last may show only now: that comes first.
-        Of two causes at once the first may look like a third until both are there, so where nothing helps the best one it is
-        sought beside the others that are still in the contest.
+        Before paths diverge, another cause in the place of the leader's last one is tried first: it may show only now.  Of two
+        causes that act, the first may look like a third until both are in the model, so where no further cause helps the leader,
+        one is sought beside its rivals.
         """
         bases = [
             *(each for each in extended_by(best, [plain, *field], horizon) if self.asked.get(each.name) != horizon),
@@ -184,25 +184,25 @@ class Search:
         at: frozenset[str] = frozenset()
         found: list[Contender] = []
         for base in bases:
-            invited, wavy = self._invited(base, horizon, field, thorough)
+            candidates, wavy = self._candidates(base, horizon, field, thorough)
             self.asked[base.name] = horizon
             at = wavy if base is best else at
-            found = self._more_than_half(best, invited)
+            found = self._explaining_enough(best, candidates)
             holding = [each for each in found if not each.fails]
-            # values make up for a small oval too, and lobes fit what these leave of it
+            # values compensate for a small oval too, and lobes then fit the rest of it
             if thorough and holding and all(each.causes[-1].fits_much for each in holding):
-                found += self._more_than_half(best, self._definite(base))
+                found += self._explaining_enough(best, self._most_promising(base))
             if found and best.causes:
                 return found
         if thorough and self._shows_from_the_fall(best, horizon, found):
-            found += self._more_than_half(best, self._begun_in_the_fall(bases, horizon))
-        # who leaves noise alone without an order or an angle in every drop to fit it with is no accident
+            found += self._explaining_enough(best, self._begun_in_the_fall(bases, horizon))
+        # a model that holds without waves, lobes or a ball does not do so by chance
         if at and not _explained(best, found) and all(each.fails or each.fits_much for each in found):
-            found += self._more_than_half(best, self._waves(best, horizon, at))
+            found += self._explaining_enough(best, self._waves(best, horizon, at))
         return found
 
-    def _sought(self, plain: Contender) -> Contender:
-        """Return the plain model, or the same followed from the fall on with rivals beside it, if that leaves less."""
+    def _from_several_starts(self, plain: Contender) -> Contender:
+        """Return the plain model, or the same followed from the fall on from several starts, whichever leaves less."""
         self.progress("following the plain model from several starts")
         horizons = [h for h in self.horizons if h <= plain.horizon]
         try:
@@ -212,30 +212,30 @@ class Search:
         return min([plain, replace(plain, fit=passed[-1].fit)], key=lambda each: each.misfit)
 
     def _shows_from_the_fall(self, best: Contender, horizon: float, found: Sequence[Contender]) -> bool:
-        """True where what acts in contacts may show if it begins in the fall, beside what the best contender has outside."""
+        """True if contact causes are worth starting in the fall, given what was found beside the leader."""
         if best.causes:
             return horizon <= self.stages.sound
         unexplained = not _explained(best, found) and all(each.fails for each in found)
         return self.stages.touched <= horizon <= self.stages.followed and unexplained
 
     def _best_in_the_fall(self, bases: Sequence[Contender]) -> Contender | None:
-        """Return who explains the fall best of those whose causes act outside contacts: no contact has a part in it yet."""
+        """Return the model without contact causes that fits the fall best, where no contact plays a part; None without one."""
         outside = [each for each in bases if not each.in_contacts]
         if len(outside) < 2:
             return outside[0] if outside else None
         fall = self.horizons[0]
         return min(outside, key=lambda each: settled(each, fall, FEW_SLOPES).bic)
 
-    def _more_than_half(self, best: Contender, found: Sequence[Contender]) -> list[Contender]:
-        """Return of those found beside the best contender, or beside another, who explain enough of what it leaves."""
+    def _explaining_enough(self, best: Contender, found: Sequence[Contender]) -> list[Contender]:
+        """Return the models that take away enough of the leader's excess: half, or anything if it is the plain model."""
         least = _FURTHER_TAKES * best.excess if best.causes else -math.inf
         return [weighed(each) for each in found if best.misfit - each.misfit > least]
 
     def _begun_in_the_fall(self, bases: Sequence[Contender], horizon: float) -> list[Contender]:
-        """Return one of some contenders with what acts in contacts, begun in the fall at its usual size and at several angles.
+        """Return the best model without contact causes plus a contact cause, started in the fall at usual size and four angles.
 
-        Scores say little from where values have made up for it.  Beside the plain model once from one fall, since it would come
-        to the same.
+        Scores say little once values have compensated for the cause.  Beside the plain model only once per fit to the fall, since
+        the result would be the same.
         """
         base = self._best_in_the_fall(bases)
         if base is None or (not base.causes and self.tried is self.fallen):
@@ -244,15 +244,15 @@ class Search:
             self.tried = self.fallen
         others = [each for each in self.suspects if not each.fits_much]
         horizons = [h for h in self.horizons if h <= horizon]
-        ranked = at_usual_size(self.fallen, base.known, others, horizons)[:_SEATED_LATER]
+        ranked = at_usual_size(self.fallen, base.known, others, horizons)[:_FROM_THE_FALL_LATER]
         ranked = [each for each in ranked if each.misfit < _ALIKE * ranked[0].misfit]
         return best_of_each_name(followed_on(ranked, [h for h in horizons if h >= min(horizon, self.stages.touched)]))
 
     def _waves(self, best: Contender, horizon: float, at: frozenset[str]) -> list[Contender]:
-        """Return the contender with waves, lobes or a ball at some bearings, begun at their usual size where contacts begin.
+        """Return the contender with waves, lobes or a ball at some bearings, started at usual size at the first contact.
 
-        Gap, clearance and cages make up for them by the time a model fails; a fit that begins there finds next to none.
-        Where a model fails at the last horizon only, or one with causes hardly fails, paths part.
+        By the time a model fails, gap, clearance and cages have compensated for them, and a fit that starts there finds next to
+        nothing.  Not at the last common horizon, nor where a model with causes hardly fails after 18 ms: there paths diverge.
         """
         parts = bool(best.causes) and horizon > self.stages.sound and best.ratio < HARDLY * best.floor
         if (
@@ -269,17 +269,16 @@ class Search:
             )
         )
 
-    def _invited(
+    def _candidates(
         self, best: Contender, horizon: float, field: Sequence[Contender], thorough: bool
     ) -> tuple[list[Contender], frozenset[str]]:
-        """Return the best contender with each of the suspects that explain most, fitted, and where waves look likely.
+        """Return the fitted models with the suspects that explain most, and the bearings where waves look likely.
 
-        The scores say where the fit of each begins; where that is no good, what acts in contacts begins at its usual size too,
-        at several angles.
-        Where the plain model fails, the search is thorough: all are fitted roughly, with the slopes of the model that they
-        extend and their own at their start.  A score follows straight lines; these fits go beyond.
+        Scores give the start points; where these fail, contact causes are also started at their usual size and several angles.
+        In a thorough search beside the plain model all suspects are fitted roughly, since a score is only linear: with the
+        Jacobian of the model that they extend, and their own columns of it at the start point.
         """
-        # what acts from the first contact on shows before the paths part
+        # after the last common horizon only causes that build up: all others show before paths diverge
         suspects = [s for s in self.suspects if horizon <= self.stages.followed or s.declared.kind.builds_up]
         bases = [best, *elsewhere(best, horizon, field)]
         asked = [(base, score) for base in bases for score in worth_fitting(base, horizon, suspects, field, thorough)]
@@ -293,8 +292,8 @@ class Search:
             if each is not None
         ]
         rough.sort(key=lambda each: each.bic)
-        if not thorough:  # then its values are right, and little can be missing
-            return self._weak(best, rough, [score for _, score in asked], horizon), frozenset()
+        if not thorough:  # the model's values are right then, and little can be missing
+            return self._weak_causes(best, rough, [score for _, score in asked], horizon), frozenset()
         likely, others = admitted(rough, [score.suspect for _, score in asked[:_PROMISED]])
         fitted = with_own_slopes(likely, horizon)
         wavy = where_waves_look_likely(best, fitted)
@@ -303,77 +302,78 @@ class Search:
             fitted += with_own_slopes(others, horizon)
         if best.causes:
             fitted = [each for each in fitted if best.misfit - each.misfit > _FURTHER_TAKES_ROUGHLY * best.excess]
-        seats = _SEATED if self.rounds == _ROUNDS - 1 or horizon <= self.stages.touched else _SEATED_LATER
-        ranked = siblings_first(best_of_each_name(fitted))[:seats]
-        seated: list[Contender] = []
+        first = self.rounds == _ROUNDS - 1 or horizon <= self.stages.touched
+        ranked = siblings_first(best_of_each_name(fitted))[: _FROM_THE_FALL if first else _FROM_THE_FALL_LATER]
+        refitted: list[Contender] = []
         for place in range(0, len(ranked), 2):
-            seated += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons, _to_beat(best))
-            won, rest = min(seated, key=lambda each: each.bic, default=best), ranked[place + 2 :]
-            if _explained(best, seated):
-                # what the first contact meets looks alike until the next one
+            refitted += all_from_the_fall(self.fallen, ranked[place : place + 2], self.horizons, _to_beat(best))
+            won, rest = min(refitted, key=lambda each: each.bic, default=best), ranked[place + 2 :]
+            if _explained(best, refitted):
+                # causes that look alike at the first contact differ at the next one
                 if horizon > self.stages.touched or all(each.misfit > _ALIKE * won.misfit for each in rest):
                     break
             elif not won.fails and all(each.bic > won.bic + AHEAD for each in rest):
                 break
-        return seated, wavy
+        return refitted, wavy
 
-    def _weak(
+    def _weak_causes(
         self, best: Contender, rough: Sequence[Contender], asked: Sequence[Score], horizon: float
     ) -> list[Contender]:
-        """Return those fitted roughly, the best first, that come out best beside a model that leaves noise alone.
+        """Return the best of the roughly fitted models with one more cause than a model that holds, refitted, the best first.
 
-        Its values have made up for what is so weak, and a fit that begins at them stays there: who promises most is fitted from
-        the fall on too, from where its score says and from where the slopes of its own led.
+        The model's values have compensated for so weak a cause, and a fit that starts there stays there.  So the most promising
+        causes are also fitted from the fall on, from their scores' start points and from their fits with a Jacobian of their own.
         """
-        said = promising(best, asked)
-        promised = [score.suspect for score in said]
+        best_scores = promising(best, asked)
+        promised = [score.suspect for score in best_scores]
         first = [each for each in rough if each.causes[-1] in promised]
         others = [each for each in rough if each not in first][:_PROMISED]
         fitted = with_own_slopes([*first, *others], horizon)
         leading = best_of_each_name(fitted)[:WEAK]
         near = [settled(e, horizon, SLOPES) for e in fitted if e in leading or e.causes[-1] in promised]
-        led = [each for each in near if each.causes[-1] in promised]
-        return best_of_each_name([*near, *self._promised_from_the_fall(best, said, led)])
+        also = [each for each in near if each.causes[-1] in promised]
+        return best_of_each_name([*near, *self._promised_from_the_fall(best, best_scores, also)])
 
     def weak_beside(self, best: Contender) -> list[Contender]:
-        """Return a model with causes that leaves little more than noise with one more, by which most of that little goes.
+        """Return a model with causes and a small excess, with one more cause that takes away most of that excess.
 
-        Scores promise less of it than a fit takes away, since values have made up for it.
+        A score promises less than a fit takes away, since values have compensated for the cause.
         """
-        return self._more_than_half(best, self._definite(best, _FURTHER_PROMISES))
+        return self._explaining_enough(best, self._most_promising(best, _FURTHER_PROMISES))
 
-    def _definite(self, best: Contender, share: float = 0.0) -> list[Contender]:
-        """Return a contender with each cause that promises a share of what it leaves, fitted from the fall on.
+    def _most_promising(self, best: Contender, share: float = 0.0) -> list[Contender]:
+        """Return the contender with each cause whose score promises a share of its excess, fitted from the fall on.
 
-        Asked are those that do not fit a little of anything.
+        Waves, lobes and balls are left out: they fit a little of anything.
         """
         others = [each for each in self.suspects if each.name not in best.effects and not each.fits_much]
-        said = promising(best, scores(best.problem, best.fit, best.horizon, others), share)
-        return self._promised_from_the_fall(best, said)
+        best_scores = promising(best, scores(best.problem, best.fit, best.horizon, others), share)
+        return self._promised_from_the_fall(best, best_scores)
 
     def _promised_from_the_fall(
-        self, best: Contender, said: Sequence[Score], led: Sequence[Contender] = ()
+        self, best: Contender, best_scores: Sequence[Score], also: Sequence[Contender] = ()
     ) -> list[Contender]:
-        """Return the best contender with each cause that a score promises, and others, fitted from the fall on."""
-        joining = [joined(best, score.suspect, score.start) for score in said]
-        begun = [*(each for each in joining if each is not None), *led]
+        """Return the contender with the suspect of each score, and the models `also`, all fitted from the fall on."""
+        joining = [joined(best, score.suspect, score.start) for score in best_scores]
+        begun = [*(each for each in joining if each is not None), *also]
         return all_from_the_fall(self.fallen, begun, self.horizons, _to_beat(best))
 
 
 def _to_beat(best: Contender) -> float:
-    """Return the misfit that one cause more must come below: beside the plain model none."""
+    """Return the misfit below which a model with one more cause must come: no limit beside the plain model."""
     return best.misfit if best.causes else math.inf
 
 
 def _explained(best: Contender, found: Sequence[Contender]) -> bool:
-    """True where one of those found takes away nearly all that the best contender leaves beyond noise."""
+    """True if one of the models found takes away nearly all of the leader's excess."""
     return any(best.misfit - each.misfit > _CLEARLY * best.excess for each in found)
 
 
 def where_waves_look_likely(best: Contender, fitted: Sequence[Contender]) -> frozenset[str]:
-    """Return the bearings at which waves, lobes or a ball explain most of all and yet not much: values have made up for them.
+    """Return the bearings at which waves, lobes or a ball are likely though values have compensated for them.
 
-    None where something else explains more.  A bearing that explains far less than the other is as it should be.
+    None unless waves, lobes or a ball lead the candidates and take away a quarter of the excess.  The second bearing counts only
+    if they take away a third as much there.
     """
     won = min(fitted, key=lambda each: each.bic, default=best)
     takes = best.misfit - won.misfit
@@ -384,9 +384,9 @@ def where_waves_look_likely(best: Contender, fitted: Sequence[Contender]) -> fro
 
 
 def of_size(found: Sequence[Contender], best: Contender) -> list[Contender]:
-    """Return those found beside the best model that are no less than every machine has, or needed, or no imitation of such.
+    """Return the models found whose causes are not negligible, or needed.
 
-    What explains clearly less than a cause next to nothing may only look like it.
+    A model that fits clearly worse than one with a negligible cause goes too: its cause may only look like that one.
     """
     small = [each for each in found if each.negligible and not _needed(each, best)]
     least = min((each.bic for each in small), default=math.inf)
@@ -394,5 +394,5 @@ def of_size(found: Sequence[Contender], best: Contender) -> list[Contender]:
 
 
 def _needed(small: Contender, best: Contender) -> bool:
-    """True where a cause next to nothing explains what the best model without it leaves plainly: then it is there."""
+    """True if a model with a negligible cause holds and takes away nearly all of a failing leader's excess: it is real then."""
     return best.fails and not small.fails and best.misfit - small.misfit > _CLEARLY * best.excess

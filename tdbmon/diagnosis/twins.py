@@ -1,9 +1,8 @@
-"""Causes that look alike: a probe that stands at another angle, one into which the other leaks; an end, and both of them.
+"""Look-alikes: a probe's angle, its gain and crosstalk into it; a cause at one end and the same at both.
 
-The sensors' differ by little more than the square of their size.  An effect that acts at both ends alike differs by nothing
-from one at the end that shows it, where the other end's values make up for it.  So each is fitted in the place of the other
-before one is named, their drops' paths are sought, and they are led along the horizons again: a path that is lost costs more
-than they differ by.
+Causes of sensors differ by little more than the square of their size.  A cause at both ends looks like one at a single end if
+the values of the other end compensate for it.  So each is fitted in the place of the other before one is named, with the paths
+of all drops searched for again and fits along the horizons: a lost path costs more than look-alikes differ by.
 """
 
 from __future__ import annotations
@@ -20,13 +19,13 @@ from tdbmon.diagnosis.score import scores
 from tdbmon.diagnosis.suspects import Suspect, alike_at_other_ends
 from tdbmon.identify.own_paths import better_paths
 
-_LIKE = 0.9  # of what a cause promises, that another must promise in its place
-_NEAR_EARLY = 2.0  # times what the best leaves while paths have hardly parted, that one at another end may leave there
-_NEAR = 1.5  # times what the best leaves: who leaves more does not look like it
+_LIKE = 0.9  # share of a cause's score that a look-alike must reach
+_NEAR_EARLY = 2.0  # greatest misfit ratio of a cause at other ends before paths diverge, in units of the best model's
+_NEAR = 1.5  # the same at the last horizon, of a model that comes near the best
 
 
 def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
-    """Return the best model with another cause in the place of one that looks like it, where that promises about as much.
+    """Return the best model with a look-alike in the place of each of its causes, if that promises about as much.
 
     Parameters
     ----------
@@ -43,7 +42,7 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
             if cause.declared.acts_on_sensors:
                 found += _promising(bare, cause, others, best.horizon)
             else:
-                # the values of the ends' machines are other ones then, so it begins where paths have hardly parted
+                # the values of both ends differ then, so the fit starts before paths diverge
                 early = min(best.problem.stages.sound, best.horizon)
                 elsewhere = followed_on([with_cause(bare, other, best.starts()[index]) for other in others], (early,))
                 least = settled(best, early, 1).ratio
@@ -54,7 +53,7 @@ def twins(best: Contender, suspects: Sequence[Suspect]) -> list[Contender]:
 
 
 def _promising(bare: Contender, cause: Suspect, others: Sequence[Suspect], horizon: float) -> list[Contender]:
-    """Return a model with others in the place of a cause of sensors, which promise about as much."""
+    """Return the model with each look-alike of a sensor cause that promises about as much, fitted."""
     ranked = scores(bare.problem, bare.fit, horizon, [cause, *others])
     own = max((score.gain for score in ranked if score.suspect is cause), default=math.inf)
     return [
@@ -71,7 +70,7 @@ def _alike(one: Suspect, other: Suspect) -> bool:
 
 
 def sensors_alike(one: Contender, other: Contender) -> bool:
-    """True where two models differ in one cause each, and both of these act on the sensors of one end."""
+    """True if two models differ in one cause each, and both of these act on sensors of the same end."""
     mine, yours = ({cause.name: cause for cause in each.causes} for each in (one, other))
     apart = [mine[name] for name in mine.keys() - yours.keys()], [yours[name] for name in yours.keys() - mine.keys()]
     if [len(each) for each in apart] != [1, 1]:
@@ -85,9 +84,9 @@ def sensors_alike(one: Contender, other: Contender) -> bool:
 def with_twins(
     field: Sequence[Contender], best: Contender, suspects: Sequence[Suspect], horizons: Sequence[float]
 ) -> list[Contender]:
-    """Return contenders and the best one's twins, their drops' paths sought, of those with the same causes the best.
+    """Return the models and the best one's look-alikes after `with_paths_sought`; of models with the same causes the best.
 
-    Where a twin comes out ahead, it has found other values of the machine too; from there the others are begun once more.
+    If a look-alike leads, it has found other values of the machine too, and its own look-alikes are fitted from there.
 
     Parameters
     ----------
@@ -96,9 +95,9 @@ def with_twins(
         One of them.
     suspects : sequence of Suspect
     horizons : sequence of float
-        s; all that there are.
+        All, s.
     """
-    if best.ratio > NEARLY:  # nobody is named
+    if best.ratio > NEARLY:  # no cause is named
         return _of_each(field)
     found = with_paths_sought([*field, *twins(best, suspects)], best, horizons)
     ahead = min(found, key=lambda each: each.bic)
@@ -108,7 +107,7 @@ def with_twins(
 
 
 def _of_each(field: Sequence[Contender]) -> list[Contender]:
-    """Return of those with the same causes the one that fits best."""
+    """Return the best of the models with the same causes."""
     kept: dict[frozenset[Suspect], Contender] = {}
     for each in sorted(field, key=lambda each: each.bic):
         kept.setdefault(frozenset(each.causes), each)
@@ -116,10 +115,10 @@ def _of_each(field: Sequence[Contender]) -> list[Contender]:
 
 
 def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Sequence[float]) -> list[Contender]:
-    """Return contenders, of those with the same causes the one that fits best.
+    """Return the models, of those with the same causes the best, with the drops' paths searched for again.
 
-    Where others come near to the best, the plain model among them, all have the paths of their drops sought anew, and are led
-    along the horizons from where these have hardly parted: who had that alone would seem the better one.
+    That is done if others come near the best, the plain model included, and for all of these, which are then fitted along the
+    horizons from before paths diverge: done for one alone, it would favour that one.
 
     Parameters
     ----------
@@ -127,7 +126,7 @@ def with_paths_sought(field: Sequence[Contender], best: Contender, horizons: Seq
     best : Contender
         One of them.
     horizons : sequence of float
-        s; all that there are.
+        All, s.
     """
     kept = _of_each(field)
     near = [each for each in kept if each.horizon == best.horizon and each.ratio < _NEAR * best.ratio]

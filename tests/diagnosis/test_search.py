@@ -30,7 +30,7 @@ def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypat
     tiny = with_cause(bare, oval, Start({"amplitude": 1e-8, "angle": 0.3}))
     assert tiny.negligible
     monkeypatch.setattr(
-        Search, "_invited", lambda self, best, horizon, field, thorough: ([] if field else [tiny], False)
+        Search, "_candidates", lambda self, best, horizon, field, thorough: ([] if field else [tiny], False)
     )
     plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
     assert not plain.causes
@@ -52,7 +52,7 @@ def test_a_plain_model_that_holds_is_followed_anew_before_a_weak_cause_is_believ
     weak = with_cause(bare, oval, Start({"amplitude": 2e-6, "angle": 0.3}))
     weak = replace(weak, fit=fit(weak.problem, weak.fit.point, 0.012))
     assert weak.bic < stuck.bic - 20
-    monkeypatch.setattr(Search, "_invited", lambda self, *_: ([weak], frozenset()))
+    monkeypatch.setattr(Search, "_candidates", lambda self, *_: ([weak], frozenset()))
     plain, field = Search(stuck, [oval], (0.006, 0.012), lambda _: None).compared(stuck, [], 0.012)
     assert plain.misfit == pytest.approx(bare.misfit, rel=0.01)
     assert min([plain, *field], key=lambda each: each.bic) is plain
@@ -83,11 +83,11 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
     assert others_of_the_field(lost, lost, 0.04, [best, rival]) == []
     asked = []
 
-    def invited(self, base, *rest):
+    def candidates(self, base, *rest):
         asked.append(base.name)
         return ([pair] if base.name == rival.name else []), False
 
-    monkeypatch.setattr(Search, "_invited", invited)
+    monkeypatch.setattr(Search, "_candidates", candidates)
     search = Search(lost, (), (0.006, 0.04), lambda _: None)
     assert search._found_beside(best, lost, 0.04, [best, rival], True) == [pair]
     assert asked == [best.name, rival.name]
@@ -100,9 +100,9 @@ def test_beside_lobes_that_explain_the_drops_what_is_simpler_is_fitted_from_the_
     failing = contender(plain, ("ring_out_of_round@DE",), 100, 1.3)
     oval = contender(plain, ("oval_clearance@DE",), 200, 0.9)
     found = lobes
-    monkeypatch.setattr(Search, "_invited", lambda self, *_: ([found], frozenset()))
+    monkeypatch.setattr(Search, "_candidates", lambda self, *_: ([found], frozenset()))
     monkeypatch.setattr(Search, "_begun_in_the_fall", lambda self, *_: [])
-    monkeypatch.setattr(Search, "_promised_from_the_fall", lambda self, best, said: [oval])
+    monkeypatch.setattr(Search, "_promised_from_the_fall", lambda self, best, best_scores: [oval])
     search = Search(plain, (), (0.006, 0.022), lambda _: None)
     assert search._found_beside(plain, plain, 0.022, [], True) == [lobes, oval]
     assert search._found_beside(plain, plain, 0.022, [], False) == [lobes]
@@ -123,11 +123,11 @@ def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_c
     loose = contender(early, ("loose_support@NDE",), 0, 0.9)
     asked = []
 
-    def invited(self, base, *rest):
+    def candidates(self, base, *rest):
         asked.append(base.name)
         return ([] if base.causes else [loose]), False
 
-    monkeypatch.setattr(Search, "_invited", invited)
+    monkeypatch.setattr(Search, "_candidates", candidates)
     search = Search(early, (), (0.006, 0.018), lambda _: None)
     assert search._found_beside(best, early, 0.018, [best], True) == [loose]
     assert asked == [early.name]
@@ -187,7 +187,7 @@ def test_what_is_weak_is_sought_beside_a_plain_model_that_holds_also_where_laws_
     holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
     assert not holds.fails
     asked = []
-    monkeypatch.setattr(Search, "_invited", lambda self, *of: (asked.append(of) or [], False))
+    monkeypatch.setattr(Search, "_candidates", lambda self, *of: (asked.append(of) or [], False))
     search = Search(holds, (), (0.006, 0.012), lambda _: None)
     search.compared(holds, [], 0.012)
     assert len(asked) == 1  # the last horizon: what is weak may show
