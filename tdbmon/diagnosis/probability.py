@@ -1,4 +1,4 @@
-"""How probable each of the models is that competed, by the criterion and by what it takes away on a drop held out."""
+"""Probabilities of the models of a contest, from their BIC and their gain on the held-out drop."""
 
 from __future__ import annotations
 
@@ -9,57 +9,57 @@ from tdbmon.diagnosis.contender import EXPLAINED, NEARLY, Contender, plain_of
 from tdbmon.diagnosis.held_out import HeldOut, Judge
 from tdbmon.diagnosis.twins import sensors_alike
 
-TEMPERATURE = 15.0  # by which differences of the criterion count less than for noise alone: models are never exact
-# the same between two causes that act on the sensors of one end: an angle and a leak differ by the square of their size only,
-# and of four that led over the other by 29 to 330 one was right
+TEMPERATURE = 15.0  # divisor of BIC differences: 1 would hold for exact models, and none is
+# the same between two causes of one end's sensors: an angle and a crosstalk differ by the square of their size only, and of
+# four that led over the other by 29 to 330 one was right
 _TEMPERATURE_OF_SENSORS = 150.0
-# weight of a cause in no catalogue beside the best model's 1, where that one leaves as much as an explanation may; and the power
-# of what is left with which it changes: a fifth more makes four times as much
+# weight of a cause outside the catalogue, relative to the best model at a misfit ratio of EXPLAINED, and the power of that ratio
+# with which it grows: a fifth more makes it four times as great
 _OUTSIDE, _STEEP = 0.05, 8
-_DOUBT = 0.1  # of what the best model leaves beyond noise, by which they count less still
-GAINED = 0.8  # on a drop held out
-# of causes named with more than that, on synthetic drops of another program, 154 of 163 were there by earlier methods, and
-# 51 of 52 by the present one: one more of each kind makes 0.037
+_DOUBT = 0.1  # share of the best model's excess that is added to the divisor
+GAINED = 0.8  # gain on the held-out drop from which on a named cause is trusted
+# probability that a cause named with such a gain is wrong: on synthetic drops of another program 154 of 163 were right by
+# earlier methods, and 51 of 52 by the present one; one more of each kind makes 0.037
 WRONG = 0.04
-WRONG_OF_LITTLE = 0.5  # with less, 8 of 16
-# that waves, lobes or a ball are at a bearing where one of them held for a while and then failed: in three of five blind cases
+WRONG_OF_LITTLE = 0.5  # the same with less gain: 8 of 16 were right
+# probability of waves, lobes or a ball at a bearing where one of them held and then failed: three of five blind cases
 ONE_OF_THREE = 0.6
 CERTAIN = 0.9 * (1 - WRONG)  # probability from which on a cause is named
 
 
 def explains(best: Contender, plain: Contender) -> bool:
-    """True where a model leaves noise alone, or so little of what its contacts take away as their law may be inexact."""
+    """True if a model explains the drops: by its misfit ratio, or up to `NEARLY` if inexact laws account for its excess."""
     return best.ratio <= EXPLAINED or (best.ratio <= NEARLY and best.leaves_little(plain))
 
 
 def probabilities_of(contenders: Sequence[Contender], lead: float) -> tuple[float, ...]:
-    """Return the probability of each contender; what is missing to 1 is for causes outside the catalogue.
+    """Return the probability of each contender; the rest to 1 is that of causes outside the catalogue.
 
     Parameters
     ----------
     contenders : sequence of Contender
         The plain model is among them.
     lead : float
-        Of the plain model in the criterion.
+        BIC lead of the plain model.
     """
     criteria = [each.bic - (0.0 if each.causes else lead) for each in contenders]
     least = min(criteria)
     best = contenders[criteria.index(least)]
-    # what even the best model leaves says how little a difference means
+    # the greater the excess of even the best model, the less a difference of BIC means
     temperature = TEMPERATURE + _DOUBT * best.excess
     soft = max(temperature, _TEMPERATURE_OF_SENSORS)
     weights = [
         math.exp(-(c - least) / (2 * (soft if sensors_alike(each, best) else temperature)))
         for c, each in zip(criteria, contenders, strict=True)
     ]
-    # a model that leaves much is likely to lack something that is in no catalogue
+    # a model that leaves much probably lacks a cause outside the catalogue
     outside = min(best.ratio / EXPLAINED, 1.0 if explains(best, plain_of(contenders)) else math.inf) ** _STEEP
     total = sum(weights) + _OUTSIDE * outside
     return tuple((1 - WRONG) * w / total for w in weights)
 
 
 def little_gained(proof: HeldOut | None) -> str | None:
-    """Return why a named cause is likelier not to be there, by what it takes away on a drop held out, or None."""
+    """Return why a named cause is less probable, given its gain on the held-out drop; None if it gains enough."""
     if proof is None:
         return None
     if proof.gain is None:
@@ -73,7 +73,7 @@ def little_gained(proof: HeldOut | None) -> str | None:
 
 
 def discounted(probabilities: tuple[float, ...], proof: HeldOut | None) -> tuple[float, ...]:
-    """Return the probabilities of accused models that gain little on a drop held out: something else may be in their place."""
+    """Return the probabilities, lowered where the gain on the held-out drop is small: the true cause may not be listed."""
     if little_gained(proof) is None:
         return probabilities
     return tuple(each * (1 - WRONG_OF_LITTLE) / (1 - WRONG) for each in probabilities)

@@ -1,9 +1,9 @@
-"""Which suspects would explain what a fit leaves: a score test with trials of finite size.
+"""Score test with trials of finite size: which suspects would explain the residuals of a fit.
 
-Each suspect is put into the fitted model at a trial size and every drop simulated anew.  The change of the residuals,
-less what the fitted values could do in its place (projected off their slopes), is laid on what the fit left.  The gain is
-how much of the sum of squares it takes away: C. R. Rao's score test (Proc. Camb. Phil. Soc. 44 (1948) 50) with
-differences of finite size, since effects are not small and contacts not smooth.
+Each suspect is put into the fitted model at a trial size, and every drop is simulated again.  The changes of the residuals,
+projected orthogonally to the Jacobian of the fitted values, are fitted to the residuals.  The gain is the reduction of the
+sum of squares: C. R. Rao's score test (Proc. Camb. Phil. Soc. 44 (1948) 50) with finite differences, since effects are not
+small and contacts not smooth.
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ from tdbmon.identify.variants import Variant, changes
 
 Array = NDArray[np.float64]
 
-_SIZES = (0.3, 1.0)  # of the typical size, at which a suspect is tried
-QUARTER = (0, 2)  # eighths of a period: angles at right angles, of which all others are made as long as sizes are small
-_LARGE = 2.5  # of the typical size
-FURTHEST = 4.0  # trial sizes, to which a trial is believed
+_SIZES = (0.3, 1.0)  # trial sizes, multiples of the typical size
+QUARTER = (0, 2)  # eighths of a period: for small sizes every angle is a combination of these two
+_LARGE = 2.5  # further trial size of a ball
+FURTHEST = 4.0  # multiples of the trial size up to which a trial is extrapolated
 
 
 @dataclass(frozen=True, eq=False)
 class Score:
-    """What a suspect promises.
+    """The score of a suspect.
 
     Attributes
     ----------
     suspect : Suspect
     gain : float
-        Sum of squares that it would take away, in units of the fit's own spread.
+        Reduction of the sum of squares, in units of the spread of the residuals.
     total : float
-        Sum of squares that any suspect could take away.
+        Sum of squares orthogonal to the Jacobian: the greatest possible gain.
     start : Start
-        Where its fit should begin.
+        Start point of its fit.
     """
 
     suspect: Suspect
@@ -57,12 +57,12 @@ class Score:
     start: Start
 
     def beyond(self, price: float) -> float:
-        """Return what it gains beyond the price of its parameters, each of which costs as much."""
+        """Return its gain less the price of its parameters, `price` each."""
         return self.gain - self.start.free(self.suspect).freedom * price
 
 
 def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Suspect]) -> list[Score]:
-    """Return the suspects' scores at a fitted point, the greatest first.
+    """Return the suspects' scores at a fitted point, the highest first.
 
     Parameters
     ----------
@@ -78,26 +78,26 @@ def scores(problem: Problem, fitted: Fit, horizon: float, suspects: Sequence[Sus
         changes_by,
         [(problem, fitted.point, drop, horizon, suspects, weight) for drop, weight in enumerate(beside.weights)],
     )
-    bench = _Bench(beside.basis, beside.begin, beside.left)
-    found = [_score(bench, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
+    target = _Target(beside.basis, beside.begin, beside.left)
+    found = [_score(target, suspect, [drop[k] for drop in tried]) for k, suspect in enumerate(suspects)]
     return sorted((each for each in found if each is not None), key=lambda each: -each.gain)
 
 
 @dataclass(frozen=True, eq=False)
-class _Bench:
-    """What trials are laid on: the fit's directions (rows, n), where drops begin, what is left beside them."""
+class _Target:
+    """What trials are fitted to: basis of the Jacobian (rows, n), first row of each drop, residuals orthogonal to the basis."""
 
     basis: Array
     begin: NDArray[np.intp]
     left: Array
 
     def solve(self, columns: Sequence[Mapping[int, Array]]) -> tuple[Array, float]:
-        """Return amounts of columns that take most from what is left, and what they take.
+        """Return the least-squares amounts of the columns, limited to `FURTHEST`, and their gain.
 
         Parameters
         ----------
         columns : sequence of mapping
-            The change of each drop, by its number.
+            Changes of the drops' residuals by drop number.
         """
         spans = [slice(*self.begin[k : k + 2]) for k in range(len(self.begin) - 1)]
         fitted = [sum((self.basis[spans[d]].T @ c for d, c in each.items()), np.zeros(1)) for each in columns]
@@ -108,7 +108,7 @@ class _Bench:
                 shared = sum(float(c @ other[d]) for d, c in one.items() if d in other)
                 square[i, j] = shared - float(fitted[i] @ fitted[j])
         amounts = np.linalg.solve(square + (1e-9 * float(np.trace(square)) + 1e-30) * np.eye(len(square)), toward)
-        # beyond the size of the trials nothing is known; so far, and no further, they are believed
+        # a trial is extrapolated no further than this
         size = float(np.max(np.abs(amounts)))
         if size > FURTHEST:
             amounts = amounts * (FURTHEST / size)
@@ -120,7 +120,7 @@ Trials = Mapping[Key, Array | None]
 
 
 def trial_keys(suspect: Suspect) -> list[Key]:
-    """Return the trials: number of the size, share, its angle in eighths of a period, and the count."""
+    """Return the keys of a suspect's trials: index of the size, share of it, angle in eighths of a period, number of the ball."""
     counts = range(1, int(min(suspect.counted.high, 60)) + 1) if suspect.counted else [0]
     eighths = range(8) if suspect.turning else QUARTER
     return [
@@ -131,7 +131,7 @@ def trial_keys(suspect: Suspect) -> list[Key]:
 
 
 def _shares(suspect: Suspect) -> tuple[float, ...]:
-    """Return the shares of the typical size that are tried: which ball it is shows at its full size only."""
+    """Return the trial sizes, shares of the typical one: the number of a ball shows at its full size only."""
     if suspect.counted is not None:
         return (*_SIZES, _LARGE)
     return _SIZES[:1] if any(angle.per_drop for angle in suspect.angles) else _SIZES
@@ -157,7 +157,7 @@ def changes_by(
     weight: Array,
     keys: Callable[[Suspect], Sequence[Key]] = trial_keys,
 ) -> list[dict[Key, Array | None]]:
-    """Return how each trial of each suspect changes a drop's weighted residuals; None where it cannot be simulated."""
+    """Return the change of a drop's weighted residuals by each trial of each suspect; None if it cannot be simulated."""
     shared, own = problem.values(point, drop)
     measured, machine = problem.drops[drop], problem.model.machine
     still, bare = problem.variant(point, drop, horizon), with_values(problem.model, shared)
@@ -182,21 +182,21 @@ def changes_by(
     return found
 
 
-def _score(bench: _Bench, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:
-    """Return the best that a suspect's trials promise, None where none could be simulated, or none does anything so far."""
+def _score(target: _Target, suspect: Suspect, trials: Sequence[Trials]) -> Score | None:
+    """Return the best score over a suspect's trial sizes; None if no trial could be simulated or changed any residual."""
     if not any(change is not None and change.any() for trial in trials for change in trial.values()):
-        return None  # what acts in contacts, while nothing touches
+        return None  # say a contact cause before the first contact
     best: Score | None = None
     for share in _shares(suspect):
-        found = _at_share(bench, suspect, trials, share)
+        found = _at_share(target, suspect, trials, share)
         if found is not None and (best is None or found.gain > best.gain):
             best = found
     return best
 
 
-def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
+def _at_share(target: _Target, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
     if suspect.counted is not None or suspect.turning:
-        return _chosen(bench, suspect, trials, share)
+        return _chosen(target, suspect, trials, share)
     apart = any(angle.per_drop for angle in suspect.angles)
     parts = [(float(s), float(q)) for s, (_, angle) in enumerate(suspect.sizes) for q in (QUARTER if angle else (0,))]
     columns: list[dict[int, Array]] = []
@@ -206,11 +206,11 @@ def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: 
         if len(columns[-1]) < len(trials):
             return None
     if apart:
-        solved = [bench.solve([{drop: c[drop]} for c in columns]) for drop in range(len(trials))]
+        solved = [target.solve([{drop: c[drop]} for c in columns]) for drop in range(len(trials))]
         amounts = [amount for amount, _ in solved]
         gain = sum(gain for _, gain in solved)
     else:
-        one, gain = bench.solve(columns)
+        one, gain = target.solve(columns)
         amounts = [one]
     start = _start(suspect, parts, amounts, share, len(trials))
     if start is None:
@@ -218,37 +218,37 @@ def _at_share(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: 
         start = _start(suspect, parts, [np.abs(a) for a in amounts], share, len(trials))
     if start is None:
         return None
-    return Score(suspect, gain, float(bench.left @ bench.left), start)
+    return Score(suspect, gain, float(target.left @ target.left), start)
 
 
-def _chosen(bench: _Bench, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
-    """Return the score of what has a number or a phase of its own in every drop, by which its size shows differently."""
+def _chosen(target: _Target, suspect: Suspect, trials: Sequence[Trials], share: float) -> Score | None:
+    """Return the score of a drop-specific cause, with the best number or phase in each drop."""
     (size, angle), *_ = suspect.sizes
-    # where the phase turns, a phase half a period on is the other sign
-    keys = _keys_by_drop(bench, trials, share, (1.0,) if angle is not None else (1.0, -1.0))
+    # with a phase, half a period is the same as the other sign
+    keys = _keys_by_drop(target, trials, share, (1.0,) if angle is not None else (1.0, -1.0))
     if keys is None:
         return None
     column = {drop: change for drop, key in enumerate(keys) if (change := trials[drop][key]) is not None}
-    amounts, gain = bench.solve([column])
+    amounts, gain = target.solve([column])
     value = scaled(size, share, float(amounts[0]))
-    if value is None or (angle is not None and amounts[0] < 0):  # no phase of the drops goes with those of the others
+    if value is None or (angle is not None and amounts[0] < 0):  # the phases of the drops contradict each other
         gain, value = 0.0, scaled(size, share, abs(float(amounts[0])))
     if value is None:
         return None
     shared = {p.name: p.typical for p in suspect.shapes} | {size.name: value}
     phases = tuple({angle.name: _turned(angle, key[2])} for key in keys) if angle is not None else ()
     held = tuple({suspect.counted.name: key[3]} for key in keys) if suspect.counted is not None else ()
-    return Score(suspect, gain, float(bench.left @ bench.left), Start(shared, phases, held))
+    return Score(suspect, gain, float(target.left @ target.left), Start(shared, phases, held))
 
 
-def _keys_by_drop(bench: _Bench, trials: Sequence[Trials], share: float, signs: Sequence[float]) -> list[Key] | None:
-    """Return each drop's trial that promises most by itself; the size has one sign for all drops."""
+def _keys_by_drop(target: _Target, trials: Sequence[Trials], share: float, signs: Sequence[float]) -> list[Key] | None:
+    """Return, for each drop, the trial with the greatest gain by itself; the sign of the size is common to all drops."""
     by_sign: dict[float, list[tuple[float, Key]]] = {sign: [] for sign in signs}
     for drop, trial in enumerate(trials):
         promised = {}
         for key, change in trial.items():
             if key[1] == share and change is not None:
-                amount, gain = bench.solve([{drop: change}])
+                amount, gain = target.solve([{drop: change}])
                 promised[key] = (float(amount[0]), gain)
         if not promised:
             return None
@@ -266,7 +266,7 @@ def _turned(angle: Declared, eighth: float) -> float:
 def _start(
     suspect: Suspect, parts: Sequence[tuple[float, float]], amounts: Sequence[Array], share: float, drops: int
 ) -> Start | None:
-    """Return the values that amounts of the trials stand for; None where a size would have the wrong sign."""
+    """Return the start point that the amounts of the trials give; None if a size has a sign that is not allowed."""
     shared = {p.name: p.typical for p in suspect.shapes}
     each: list[dict[str, float]] = [{} for _ in range(drops)]
     for s, (size, angle) in enumerate(suspect.sizes):

@@ -1,4 +1,4 @@
-"""The effects that could be missing from a model: every one of the catalogue, at every place of the machine."""
+"""The effects that a model could lack: every effect of the catalogue, at every place of the machine."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.diagnosis.effect_size import nearer
 from tdbmon.identify.free_effect import FreeEffect, PlacedEffect
 
-# of waves and lobes that are tried; one alone is an eccentric ring, which with a phase a drop fits whatever drifts
+# orders of waves and lobes; order 1 is an eccentric ring, which with a phase per drop fits anything that drifts
 _LOWEST_ORDER, _HIGHEST_ORDER = 2, 6
 
 
 @dataclass(frozen=True, eq=False)
 class Suspect(PlacedEffect):
-    """An effect of which nothing is known yet; held are words, whole numbers and what a drop can hardly tell, as they are tried.
+    """An effect at a place, tried as a cause; `held` are the words, whole numbers and barely determined values it is tried with.
 
     Attributes
     ----------
     sizes : tuple of pair
-        Parameters that switch the effect on, each with the angle that belongs to it, or None.
+        Parameters that switch the effect on, each with its angle, or None.
     """
 
     sizes: tuple[tuple[Declared, Declared | None], ...]
 
     @property
     def tried_with(self) -> str:
-        """The words and whole numbers that it was tried with."""
+        """Its held values as text."""
         return ", ".join(self.declared.texts(self.held))
 
     @property
@@ -53,54 +53,55 @@ class Suspect(PlacedEffect):
 
     @property
     def angles(self) -> tuple[Declared, ...]:
-        """Those that belong to its sizes."""
+        """The angles of its sizes."""
         return tuple(angle for _, angle in self.sizes if angle is not None)
 
     @property
     def usual_values(self) -> dict[str, float]:
-        """The free parameters but for angles, at their usual size (SI, by name)."""
+        """The free parameters except angles, at their usual size (SI, by name)."""
         return {p.name: p.typical for p in (*self.shapes, *(size for size, _ in self.sizes))}
 
     @property
     def in_contacts(self) -> bool:
-        """True for what does nothing to a shaft that touches nothing."""
+        """True if the effect acts only while shaft and bearing touch."""
         return self.declared.place in (Place.BEARING, Place.BEARING_OR_BOTH)
 
     @property
     def turning(self) -> bool:
-        """True for what turns with a ring: contacts meet it at a phase that differs from drop to drop."""
+        """True if the effect turns with a ring, so that its phase differs from drop to drop."""
         return self.in_contacts and any(angle.per_drop for angle in self.angles)
 
     @property
     def standing_waves(self) -> bool:
-        """True for waves of a race that does not turn: which balls meet them is for the cages' angles to say."""
+        """True for waves of a race that does not turn; the cage angles determine which balls meet them."""
         counted = any(p.whole and p.name in self.held for p in self.declared.parameters)
         return counted and self.in_contacts and not self.turning
 
     @property
     def lies(self) -> bool:
-        """True for what acts in contacts and lies some way, the same in all drops: an oval, a support softer one way."""
+        """True for a contact cause with a direction common to all drops: an oval, an anisotropic support."""
         return bool(self.usual()) and not self.standing_waves and bool(self.angles)
 
     @property
     def many_valued(self) -> bool:
-        """True for what acts in contacts and has values beside its size, the same in all drops: a foundation, looseness."""
+        """True for a contact cause with further values common to all drops beside its size: a foundation, a loose support."""
         return bool(self.usual()) and bool(self.shapes)
 
     @property
     def drop_specific(self) -> bool:
-        """True for lobes, turning waves and balls: with an angle or number of each drop's own they fit anything a little."""
+        """True for lobes, turning waves and balls, which have an angle or a number of their own in every drop."""
         return self.turning or self.counted is not None
 
     @property
     def fits_much(self) -> bool:
-        """True for a ball, waves or lobes, which have many orders, numbers and angles to fit with."""
+        """True for a ball, waves or lobes: with their many orders, numbers and angles they fit a little of anything."""
         return self.drop_specific or self.standing_waves
 
     def usual(self) -> tuple[Start, ...]:
-        """Return starts at the usual size, an angle at quarters of its period; none where a drop has angles of its own.
+        """Return start points of a contact cause at its usual size, with angles at quarters of their period.
 
-        What its slopes do not lead to, is begun at as well (`tdbsim.effect.Parameter.further`).
+        None if it is drop-specific.  Values to which the gradient does not lead are start points too
+        (`tdbsim.effect.Parameter.further`).
         """
         shared, angles = self.usual_values, self.angles
         if not self.in_contacts or self.drop_specific:
@@ -111,12 +112,12 @@ class Suspect(PlacedEffect):
         return tuple(Start(shared | {a.name: float(quarter / a.harmonic) for a in angles}) for quarter in quarters)
 
     def smaller(self, start: Start, share: float) -> Start:
-        """Return a start with its sizes nearer to where the effect is off."""
+        """Return the start point with its sizes reduced to a share, counted from where the effect is off."""
         sizes = {size.name: nearer(size, start.shared[size.name], share) for size, _ in self.sizes}
         return replace(start, shared={**start.shared, **sizes})
 
     def effect(self, values: Mapping[str, float]) -> Effect:
-        """Return the effect with some values (SI), the others as the catalogue has them typically."""
+        """Return the effect with the given values (SI); other sizes are off, other shapes typical."""
         usual = {p.name: p.typical for p in self.shapes}
         rest = {size.name: size.off for size, _ in self.sizes if size.name not in values}
         return self.declared.kind(self.where, **{**usual, **rest, **self.held, **values})
@@ -124,9 +125,9 @@ class Suspect(PlacedEffect):
 
 @dataclass(frozen=True, eq=False)
 class Start:
-    """Where the fit of a suspect begins (SI): values of all drops, and those of each.
+    """Start point of a suspect's fit (SI): values common to all drops, and those of each.
 
-    `known` are standard deviations of what is known of some of the former beside what the fit sees.
+    `known` are prior standard deviations of some of the common ones, from data outside the fit.
     """
 
     shared: Mapping[str, float]
@@ -142,17 +143,17 @@ class Start:
 
 
 def alike_at_first_contact(one: Suspect, other: Suspect) -> bool:
-    """True for waves, lobes and balls of one bearing: the first contact hardly tells them apart."""
+    """True for waves, lobes and balls at one bearing, which the first contact hardly tells apart."""
     return one.where == other.where and one.fits_much and other.fits_much
 
 
 def alike_at_other_ends(one: Suspect, other: Suspect) -> bool:
-    """True for one effect at an end and at both: the end that shows it hardly tells."""
+    """True for the same effect at one end and at both, which the end that shows it hardly tells apart."""
     return _alike_elsewhere(one, other) and "both" in (one.where, other.where)
 
 
 def may_act_at_both_ends(one: Suspect, other: Suspect) -> bool:
-    """True for one effect at either end, of which there is one that acts at both ends alike."""
+    """True for the same effect at either end, if it can also act at both ends alike."""
     either = _alike_elsewhere(one, other) and "both" not in (one.where, other.where)
     return either and one.declared.place is Place.BEARING_OR_BOTH
 
@@ -162,22 +163,22 @@ def _alike_elsewhere(one: Suspect, other: Suspect) -> bool:
 
 
 def alike_but_for_the_law(one: Suspect, other: Suspect) -> bool:
-    """True for one effect by different laws, words of its declaration, with the same values; not for what fits much."""
+    """True for the same effect with other laws (words of its declaration) and the same angles; not for waves, lobes or balls."""
     same = one.declared.identifier == other.declared.identifier and one.where == other.where and not one.fits_much
     apart = {name for name in one.held if one.held[name] != other.held[name]} if same else set()
     return bool(apart) and all(isinstance(one.held[name], str) for name in apart) and one.angles == other.angles
 
 
 def suspects(machine: Machine, probes: Sequence[Probe], standing: Sequence[Effect]) -> tuple[Suspect, ...]:
-    """Return what could be missing from a machine's model.
+    """Return the effects that a machine's model could lack.
 
     Parameters
     ----------
     machine : Machine
     probes : sequence of Probe
-        Those in use; what would act on another is no suspect.
+        Those in use; effects on other probes are left out.
     standing : sequence of Effect
-        What the model has already; it is no suspect at the same place.
+        Effects in the model already; they are left out at their places.
     """
     taken = {(each.identifier(), place) for each in standing for place in each.standing_places(machine)}
     found = []
@@ -201,7 +202,7 @@ def _seen(declared: EffectDeclaration, where: str, probes: Sequence[Probe]) -> b
 
 
 def _held(declared: EffectDeclaration) -> Iterator[dict[str, float | str]]:
-    """Yield every combination of words and whole numbers, with what is left as it is."""
+    """Yield every combination of words and whole numbers; values that are never fitted stay off."""
     names, ranges = [], []
     for p in declared.parameters:
         if p.held:
@@ -221,7 +222,7 @@ def _held(declared: EffectDeclaration) -> Iterator[dict[str, float | str]]:
 def _sizes(
     declared: EffectDeclaration, held: Mapping[str, float | str]
 ) -> tuple[tuple[Declared, Declared | None], ...]:
-    """Return the parameters that switch an effect on, each with the angle that follows it."""
+    """Return the parameters that switch an effect on, each with the angle declared after it."""
     fixed, parameters = declared.kind.stands_still(held), declared.parameters
     sizes: list[tuple[Declared, Declared | None]] = []
     last = parameters[0]

@@ -1,4 +1,4 @@
-"""What the competition of models means: none, named, ambiguous or unknown."""
+"""The verdict of a contest: none, named, ambiguous or unknown."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from tdbmon.diagnosis.suspects import Suspect, alike_at_first_contact
 from tdbmon.estimate import Estimate
 from tdbmon.identify.stated_values import at_their_limits, has_stated_values
 
-_MOST = 0.5  # of what the plain model leaves beyond noise
-_STRAINED = 3  # stated values at their limits, with which a model is bent
-_HALF = 0.5  # as likely as the best, beside which a plain model that explains the drops accuses nobody
+_MOST = 0.5  # share of the plain model's excess
+_STRAINED = 3  # stated values at their limits from which on a model counts as bent
+_HALF = 0.5  # probability of a plain model that explains the drops, relative to the best, above which no cause is named
 
 
 class Kind(StrEnum):
@@ -37,7 +37,7 @@ class Kind(StrEnum):
 
 @dataclass(frozen=True, eq=False)
 class Alike:
-    """Causes that may be there in the place of an accused model's, and were not fitted as far, with their probability."""
+    """Causes that may act in the place of an accused model's but were not fitted as far, with their probability."""
 
     causes: tuple[Suspect, ...]
     probability: float
@@ -56,18 +56,18 @@ class Verdict:
     ----------
     kind : Kind
     accused : tuple of Contender
-        The named model, and those of the same causes with other words or orders that are nearly as likely; all that
-        cannot be told apart; the likeliest first, none for none and unknown.
+        Named: the named model, and nearly as likely ones of the same causes with other words or orders.  Ambiguous: all
+        models that cannot be told apart.  The likeliest first; empty for none and unknown.
     probabilities : tuple of float
-        Of every contender, in their order; what is missing to 1 is for causes outside the catalogue.
+        Of every contender, in their order; the rest to 1 is that of causes outside the catalogue.
     why : str
-        In one sentence.
+        Reason, in one sentence.
     alike : tuple of Alike
-        What looks like the accused model as far as it held; nothing where it holds to the end.
+        Look-alikes of an accused model that held and then failed; empty if it holds to the end.
     doubt : str or None
-        Why so much of the probability is left to causes that are not listed; None where it is not.
+        Why much of the probability is left to causes that are not listed; None if little is.
     or_nothing : bool
-        Whether the plain model is one of those that cannot be told apart.
+        Whether the plain model is among those that cannot be told apart.
     """
 
     kind: Kind
@@ -79,9 +79,9 @@ class Verdict:
     or_nothing: bool = False
 
     def leading(self, contenders: Sequence[Contender]) -> Contender:
-        """Return of the contenders, in their order, the first accused; the likeliest where nobody is.
+        """Return the first accused model, or the likeliest of the contenders (in their order) if none is accused.
 
-        Where causes look alike that were not fitted as far, each has its share, and another model may have more than one of them.
+        The accused comes first even if another is likelier: where look-alikes share its probability, its own share is small.
         """
         if self.accused:
             return self.accused[0]
@@ -94,18 +94,18 @@ def verdict(
     lead: float = PLAIN_LEAD,
     suspects: Sequence[Suspect] = (),
 ) -> Verdict:
-    """Judge.
+    """Return the verdict of a contest.
 
     Parameters
     ----------
     contenders : sequence of Contender
         The best first; the plain model is among them.
     proof : HeldOut or None
-        Of the best one with a cause against the plain model; None where no drop could be held out.
+        Of the best model with a cause against the plain model; None if no drop could be held out.
     lead : float
-        Of the plain model in the criterion: less where few suspects were asked.
+        BIC lead of the plain model: less where few suspects were tried.
     suspects : sequence of Suspect
-        All that were asked.
+        All that were tried.
     """
     likely = probabilities_of(contenders, lead)
     best = max(zip(likely, contenders, strict=True), key=lambda each: each[0])[1]
@@ -115,7 +115,7 @@ def verdict(
 
 @dataclass(frozen=True, eq=False)
 class _Case:
-    """What is judged: the arguments of `verdict`, and the likeliest contender."""
+    """The arguments of `verdict`, the contenders' probabilities and the likeliest of them."""
 
     contenders: tuple[Contender, ...]
     probabilities: tuple[float, ...]
@@ -126,7 +126,7 @@ class _Case:
 
     @property
     def plain_explains(self) -> bool:
-        """True where the plain model leaves little more than noise."""
+        """True if the plain model explains the drops."""
         return self.plain.ratio <= EXPLAINED
 
     @property
@@ -135,7 +135,7 @@ class _Case:
         return sorted(zip(self.probabilities, self.contenders, strict=True), key=lambda pair: -pair[0])
 
     def nobody(self, kind: Kind, why: str) -> Verdict:
-        """Return the verdict that accuses nobody."""
+        """Return a verdict that accuses no model."""
         return Verdict(kind, (), self.probabilities, why)
 
 
@@ -183,7 +183,7 @@ def _not_proved(case: _Case) -> Verdict | None:
 
 
 def _one_of_a_kind(case: _Case) -> Verdict | None:
-    """Where waves, lobes or a ball hold for a while and then fail, the others of the bearing look alike."""
+    """Ambiguous, where waves, lobes or a ball held and then failed: those of the same bearing look alike."""
     best, cause = case.best, case.best.much_fitting
     if not best.failed_s or cause is None:
         return None
@@ -211,7 +211,7 @@ def _one_of_a_kind(case: _Case) -> Verdict | None:
 
 
 def _looks_like_chance(case: _Case) -> Verdict | None:
-    """What acts in contacts is of many kinds, which look alike while they are small, and like paths that part by chance."""
+    """None, where the plain model holds and a contact cause is not proved: small ones look like paths diverging by chance."""
     best, proof = case.best, case.proof
     if proof is None or case.plain.fails or not best.in_contacts or proof.shown:
         return None
@@ -228,7 +228,7 @@ def _plain_as_likely(case: _Case) -> Verdict | None:
 
 
 def _accused(case: _Case) -> Verdict:
-    """Return who is named: the likeliest contenders up to where they are certain, ambiguous if their causes differ."""
+    """Accuse the likeliest models that together reach `CERTAIN`: named, or ambiguous if their effects differ."""
     best, total = case.best, 0.0
     accused: list[Contender] = []
     for probability, each in case.ranked:
@@ -273,11 +273,11 @@ _RULES = (
 def doubted(
     judged: Verdict, plain: Contender, sizes: Mapping[str, Mapping[str, Estimate]], proof: HeldOut | None
 ) -> Verdict:
-    """Return the verdict, or none where no size of a named cause is clear of nothing and the plain model explains the drops.
+    """Return the verdict, or none if the intervals of a named cause include "no effect" and the plain model explains the drops.
 
-    A cause that is much better on a drop held out is there, however badly its size is known; and so is one that is clearly
-    better there and explains a drop that the plain model does not: where that one shows it alone, the others know no size.
-    But not one with angles or a number of its own in every drop, which even a drop held out lets it fit.
+    A cause that gains half on a held-out drop stands, however uncertain its size; so does one that is clearly better there and
+    explains a drop that the plain model does not, since its size cannot be determined from the other drops.  A drop-specific
+    cause does not: it can fit even a held-out drop.
 
     Parameters
     ----------
@@ -301,9 +301,9 @@ def doubted(
 
 
 def strained(judged: Verdict) -> Verdict:
-    """Return the verdict, or unknown where a named model has many stated values as far off as they are usually known.
+    """Return the verdict, or unknown if a named model with a contact cause has many stated values at their limits.
 
-    Then the model is bent to what it lacks.  What acts on the sensors or the levitated shaft has no part in such values.
+    Such a model is bent to compensate for what it lacks.  Causes outside contacts have no part in stated values.
     """
     if judged.kind is not Kind.NAMED or not judged.accused[0].in_contacts:
         return judged
@@ -319,19 +319,19 @@ def strained(judged: Verdict) -> Verdict:
 
 
 def outside(judged: Verdict, why: str) -> Verdict:
-    """Return the verdict that something acts which is in no catalogue, seen in what no model is fitted to."""
+    """Return the verdict unknown: a cause outside the catalogue, for reasons beyond the models' fits."""
     return Verdict(Kind.UNKNOWN, (), tuple(WRONG * each for each in judged.probabilities), why)
 
 
 def clear_of_nothing(cause: Suspect, sizes: Mapping[str, Estimate]) -> bool:
-    """True where the interval of a size of a cause (its parameters by name) does not hold the value that is no effect."""
+    """True if the interval of a size of a cause (estimates by parameter name) excludes the value at which the effect is off."""
     return any(_clear(sizes.get(size.name), size.off) for size, _ in cause.sizes)
 
 
 def _clear(size: Estimate | None, off: float | str) -> bool:
-    """True where the interval of a size does not hold the value at which the effect is off.
+    """True if the interval of a size excludes the value at which the effect is off.
 
-    One that has none is at the end of what it can be, or so large that a little more is the same.
+    A size without interval is at the end of its range, or so large that a greater one acts the same.
     """
     if size is None or size.low is None or size.high is None or isinstance(off, str):
         return size is not None and size.value != off
