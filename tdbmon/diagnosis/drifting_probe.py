@@ -1,7 +1,7 @@
-"""A probe whose zero drifts from the release on: of no catalogue, and in its readings as good as a ball, lobes or waves.
+"""A probe whose zero drifts from the release on: not in the catalogue, but waves, lobes or a ball fit it.
 
-The drift is a parabola in time that begins with the release, the same in all drops.  What it would explain beside the fitted
-values follows from their slopes; of the probe with most, the readings are put right by it and the plain model is fitted anew.
+The drift is a line plus a parabola in time from the release on, the same in all drops.  Its gain beside the fitted values follows
+from their Jacobian.  The readings of the probe with the greatest gain are corrected, and the plain model is fitted to them.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_SPAN_S = 0.04  # s after the release, of which the shape is counted
+_SPAN_S = 0.04  # s after the release at which line and parabola reach 1
 _TRIAL = 1e-6  # m
-_WORTH = 0.25  # of what the plain model leaves beyond noise, that a drift must promise to take away to be tried
-_PASSES = 2  # of putting readings right: the first is by slopes of a fit that made up for the drift
+_WORTH = 0.25  # share of the plain model's excess that a drift must promise to take away
+_PASSES = 2  # corrections of the readings: the first rests on a fit whose values compensate for the drift
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,9 +35,9 @@ class Drift:
     ----------
     probe : str
     shape : (2,) array
-        What it reads too much after 40 ms by a line, and by a parabola, m.
+        Excess reading 40 ms after the release: part of the line, and of the parabola, m.
     gain : float
-        Sum of squares that it would take away.
+        Reduction of the sum of squares.
     """
 
     probe: str
@@ -45,12 +45,12 @@ class Drift:
     gain: float
 
     def by(self, since: Array) -> Array:
-        """Return what it reads too much (n,), m, at times (n,) after the release, s."""
+        """Return the excess reading (n,), m, at times (n,) after the release, s."""
         return np.asarray(self.shape @ _shapes(since))
 
 
 def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float]) -> str | None:
-    """Say which probe drifts and how far, if that leaves no more of the drops than the best model with causes; None otherwise.
+    """Say which probe drifts and how far, if the corrected plain model explains the drops as well as the best; else None.
 
     Parameters
     ----------
@@ -71,10 +71,10 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
             drift = replace(drift, shape=drift.shape + more.shape)
     except InputError:
         return None
-    # a drift has two values; a ball, lobes or waves, which fit as much, have one more of each drop at least
+    # a drift has two parameters; a ball, lobes or waves, which fit as much, have at least one more per drop
     if found.fails and (not best.causes or found.ratio > EXPLAINED or found.excess > best.excess):
         return None
-    # of other causes that leave noise alone too, who leaves less is likelier
+    # against any other cause that holds too, BIC decides
     if best.causes and not best.fails and not best.fits_much and _criterion(found, drift) > best.bic:
         return None
     moved = drift.by(np.array([found.horizon]))
@@ -86,12 +86,12 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
 
 
 def _criterion(found: Contender, drift: Drift) -> float:
-    """Return the Bayesian information criterion of a model fitted to readings that are put right by a drift."""
+    """Return the BIC of a model fitted to corrected readings, the drift's parameters included."""
     return found.bic + drift.shape.size * math.log(found.fit.count)
 
 
 def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
-    """Return of each probe the drift that takes most from what a model leaves beside what its values can do.
+    """Return, for each probe, the drift with the greatest gain beside the fitted values of a model.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
 
 
 def _refitted(plain: Contender, drift: Drift, horizons: Sequence[float]) -> Contender:
-    """Return the plain model fitted from the fall on to readings that are put right."""
+    """Return the plain model fitted from the fall on to corrected readings."""
     problem = _without(plain.problem, drift)
     found = Contender((), problem, linearised(problem, problem.start, horizons[0]), horizons[0], plain.floor)
     for horizon in (each for each in horizons if each <= plain.horizon):
@@ -127,7 +127,7 @@ def _refitted(plain: Contender, drift: Drift, horizons: Sequence[float]) -> Cont
 
 
 def _without(problem: Problem, drift: Drift) -> Problem:
-    """Return a problem whose readings of a probe are put right."""
+    """Return a problem with the readings of a probe corrected."""
     drops = []
     for drop in problem.drops:
         its = np.array([probe.name == drift.probe for probe in drop.probes], dtype=float)
@@ -136,6 +136,6 @@ def _without(problem: Problem, drift: Drift) -> Problem:
 
 
 def _shapes(since: Array) -> Array:
-    """Return a line and a parabola (2, n) that begin with the release and reach 1 after 40 ms."""
+    """Return a line and a parabola (2, n) that start at the release and reach 1 after 40 ms."""
     part = np.maximum(since, 0.0) / _SPAN_S
     return np.array([part, part**2])

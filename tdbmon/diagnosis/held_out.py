@@ -1,7 +1,7 @@
-"""Whether an extended model does better on a drop that took no part in its fit.
+"""Proof of an extended model on a held-out drop.
 
-Both models are fitted to the other drops; of the drop held out only its own values (where it was let go, the cages'
-angles) are fitted.  What is left there, beside the noise, is the judge.
+Plain and extended model are fitted to the other drops; to the held-out drop only its own values are fitted (release, angles of
+shaft and cages).  Their residuals there, against the noise, decide.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 LEAST_DROPS = 2  # to hold one out
-_PROOF = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # s in a usual gap; by the first of them both ends have touched
-_CLEAR = 0.05  # of the plain model's misfit
-_MUCH = 0.5  # of what the plain model leaves beyond the noise
-_TELLING = 0.25  # of what the plain model leaves beyond noise in the drop that it explains worst
-_DECIDED = 1.2  # times the noise: a plain model that leaves less has nothing to gain from
-# times the noise, that shows a lack: of a drop that it was not fitted to a right model leaves up to 1.4 times
+_PROOF = (0.022, 0.027, 0.033, 0.04, 0.047, 0.055)  # horizons, s, in a usual gap; by the first both ends have touched
+_CLEAR = 0.05  # share of the plain model's misfit
+_MUCH = 0.5  # gain
+_TELLING = 0.25  # excess of the plain model in a drop, relative to the drop that it explains worst
+_DECIDED = 1.2  # times the noise: below that rms the plain model leaves nothing to gain
+# times the noise, rms above which a model fails on a held-out drop: a right one leaves up to 1.4 times
 _FAILS = 2.0
 
 
 class Judge(StrEnum):
-    """What was measured and simulated of a drop held out."""
+    """The quantity compared in a held-out drop."""
 
     READINGS = "readings from the release on"
     ARC = "arc that the journal has turned"
@@ -43,24 +43,24 @@ class Judge(StrEnum):
 
 @dataclass(frozen=True)
 class HeldOut:
-    """The proof on a drop held out.
+    """The proof on one held-out drop, or on several, each held out by itself.
 
     Attributes
     ----------
     drops : tuple of str
-        Its file, or those of several.
+        File of each drop.
     plain, extended : float
-        rms of measured less simulated there, m.
+        rms of measured less simulated, m.
     noise : float
-        m.
+        rms, m.
     plain_misfit, extended_misfit : float
-        Robust sums of squares there in units of the noise; they count the speed and the levitated stretch too.
+        Robust sums of squares in units of the noise, speed and levitated stretch included.
     without : tuple of mapping
-        The extended model's shared values (SI) by name, fitted without the drop, or without each of them.
+        The extended model's shared values (SI) by name, fitted without each drop.
     judge : Judge
-        What was measured and simulated.
+        The quantity compared.
     each : tuple of HeldOut
-        Of several drops the proof on each.
+        Of several drops, the proof on each.
     """
 
     drops: tuple[str, ...]
@@ -81,38 +81,38 @@ class HeldOut:
 
     @property
     def named(self) -> str:
-        """The file or files, and that they took no part in the fit, in words."""
+        """The file or files, with the words that say how they were held out."""
         return f"{self.drop}, {'which was held out' if len(self.drops) == 1 else 'each held out by itself'}"
 
     @property
     def holds(self) -> bool:
-        """True where the extended model does better."""
+        """True if the extended model has the lower misfit."""
         return self.extended_misfit < self.plain_misfit
 
     @property
     def clear(self) -> bool:
-        """True where one of the models does much better than the other."""
+        """True if the misfits differ clearly."""
         return abs(self.takes) > _CLEAR
 
     @property
     def clear_in_each(self) -> bool:
-        """True where the extended model does much better in several drops, each held out by itself.
+        """True if the extended model is clearly better in each of several drops, each held out by itself.
 
-        That tells a cause that is too weak to be seen in readings: what only seems to be there may do so in one of two.
+        That proves a cause too weak for the rms of the readings; by chance one of two drops may show such a cause.
         """
         return bool(self.each) and all(proof.holds and proof.clear for proof in self.each)
 
     @property
     def takes(self) -> float:
-        """Share of the plain model's misfit that the extended one takes away, of the noise in it too."""
+        """Share of the plain model's misfit, noise included, that the extended model takes away."""
         return 1 - self.extended_misfit / self.plain_misfit
 
     @property
     def seen(self) -> bool:
-        """True where the readings show it: the extended model takes away half of what the plain one leaves there.
+        """True if the gain in readings exceeds one half.
 
-        Of the rest of a record that is half of the sum of squared departures: where one drop of four departs, means over all of
-        them may be within what simulations lie apart.
+        For the rest of a record, half of the sum of squared departures counts instead: if only one drop of four departs, the
+        means over all may lie within the spread of the simulations.
         """
         if self.judge is Judge.REST:
             return self.takes > _MUCH
@@ -120,14 +120,14 @@ class HeldOut:
 
     @property
     def shown(self) -> bool:
-        """True where the readings show it, or several drops do, each held out by itself."""
+        """True if the readings show the cause, or several drops do, each held out by itself."""
         return self.seen or self.clear_in_each
 
     @property
     def gain(self) -> float | None:
-        """Share of what the plain model leaves beyond the noise that the extended one takes away, in rms of the readings.
+        """Share of the plain model's residual beyond noise that the extended model takes away, in rms.
 
-        1 - (extended - noise)/(plain - noise); None where the plain model leaves hardly more than noise.
+        1 - (extended - noise)/(plain - noise); None if the plain model leaves hardly more than noise.
         """
         if self.plain < _DECIDED * self.noise:
             return None
@@ -135,11 +135,11 @@ class HeldOut:
 
 
 def proof_of(plain: Contender, extended: Contender) -> HeldOut:
-    """Return the proof on the drop that tells most, no further than to where the plain model fails and one clearly does better.
+    """Return the proof on the most telling drop, at the first horizon where the plain model fails and the misfits differ clearly.
 
-    The values of the other drops predict a path through impacts only so far; further on chance decides.  Where one drop
-    is no proof, two are to be one: a ball of another size may hardly be met in one of them.  So are two where the plain model
-    leaves noise alone and the cause acts in contacts: there something always fits a little better.
+    Values fitted to other drops predict a path through impacts only so far; beyond that chance decides.  A second drop is held
+    out too where the first proves nothing, since a ball of another size may hardly be met in one drop; and where the plain model
+    holds and the cause acts in contacts, since some contact cause always fits a little better.
 
     Parameters
     ----------
@@ -162,26 +162,26 @@ def proof_of(plain: Contender, extended: Contender) -> HeldOut:
 
 
 def to_be_seen(plain: Contender, extended: Contender) -> bool:
-    """True where readings must show a cause: what has angles of its own in every drop fits a little of anything there.
+    """True if readings must show the cause: a drop-specific cause fits a little of anything.
 
-    So do waves, lobes and balls beside a plain model that explains the drops: that one may have lost its way within the noise.
+    So do all waves, lobes and balls beside a plain model that explains the drops but may have lost the path within the noise.
     """
     return extended.drop_specific or (extended.fits_much and plain.ratio <= EXPLAINED)
 
 
 def proved(plain: Contender, extended: Contender, proof: HeldOut) -> bool:
-    """True where the model of a verdict does better on a drop held out.
+    """True if the held-out drop proves the extended model.
 
-    To be seen in readings where `to_be_seen` says so; and if a cause acts on the shaft and the plain model explains the drops,
-    where readings can tell: with nothing hidden some such cause made up for laws that are a little off, and took away 0.23 to
-    0.37 of what was left there in four fits to synthetic drops.  Sensors have exact laws.
+    The gain in readings must exceed one half if `to_be_seen`, or if a cause acts on the shaft, the plain model explains the
+    drops and the gain is known: with nothing hidden, such causes compensated for inexact laws and gained 0.23 to 0.37 in four
+    fits to synthetic drops.  Else a lower misfit is enough; sensors have exact laws.
     """
     tells = extended.on_shaft and plain.ratio <= EXPLAINED and proof.gain is not None
     return proof.seen if tells or to_be_seen(plain, extended) else proof.holds
 
 
 def proved_beside(named: Contender, wider: Contender, proof: HeldOut) -> bool:
-    """True where a drop held out shows one weak cause more beside a named model, or several drops do, each by itself."""
+    """True if held-out drops prove one more weak cause beside those of a named model."""
     return proof.seen if to_be_seen(named, wider) else proof.shown
 
 
@@ -204,7 +204,7 @@ def together(proofs: Sequence[HeldOut]) -> HeldOut:
 
 
 def held_out(plain: Contender, extended: Contender, index: int, horizons: Sequence[float]) -> HeldOut:
-    """Fit both models without one drop and judge them there, to the first of some horizons that tells."""
+    """Fit both models without one drop and compare them there, at the first horizon that tells, else at the last."""
     bare, wide = (taught(each, index, extended.horizon) for each in (plain, extended))
     for horizon in horizons:
         proof = judged(bare, wide, horizon)
@@ -215,14 +215,14 @@ def held_out(plain: Contender, extended: Contender, index: int, horizons: Sequen
 
 @dataclass(frozen=True, eq=False)
 class Taught:
-    """A model whose shared values are as the other drops have them.
+    """A model whose shared values were fitted to the other drops.
 
     Attributes
     ----------
     exam : Problem
-        The drop held out alone.
+        The held-out drop alone, shared values frozen.
     point : (n,) array
-        Where the fit of its own values begins.
+        Start point of the fit of the drop's own values.
     """
 
     exam: Problem
@@ -230,20 +230,20 @@ class Taught:
 
 
 def taught(contender: Contender, index: int, horizon: float) -> Taught:
-    """Fit a model without one drop: to all that is known of the others, since what they know of a cause shows late."""
+    """Fit a model without one drop, to the whole horizon of the others, since a cause may show only late in them."""
     problem = contender.problem
     others = [k for k in range(len(problem.drops)) if k != index]
     count = len(problem.shared)
-    lesson = fit(only(problem, others), contender.fit.point[coordinates(problem, others)], horizon, 2, 3e-3)
+    training = fit(only(problem, others), contender.fit.point[coordinates(problem, others)], horizon, 2, 3e-3)
     own = contender.fit.point[coordinates(problem, [index])][count:]
-    return Taught(frozen(only(problem, [index]), lesson.point[:count]), np.concatenate([np.zeros(count), own]))
+    return Taught(frozen(only(problem, [index]), training.point[:count]), np.concatenate([np.zeros(count), own]))
 
 
 def judged(plain: Taught, extended: Taught, horizon: float) -> HeldOut:
-    """Return what both models leave of the drop held out to a horizon."""
+    """Return the proof on the held-out drop up to a horizon."""
     (drop,) = extended.exam.drops
     noise = math.sqrt(float(np.mean([each.sigma**2 for each in drop.noise])))
-    bare, wide = (_examined(each, horizon) for each in (plain, extended))
+    bare, wide = (_fitted_to_held_out(each, horizon) for each in (plain, extended))
     left, extended_left = (
         rms(each.exam, found.point, [0], horizon) for each, found in ((plain, bare), (extended, wide))
     )
@@ -252,10 +252,10 @@ def judged(plain: Taught, extended: Taught, horizon: float) -> HeldOut:
 
 
 def telling_drops(plain: Contender) -> list[int]:
-    """Return the drops in the order in which to hold them out: of middle speed first, so that others lie on both sides.
+    """Return the drops in the order in which to hold them out: those of middle speed first, with others on both sides.
 
-    Those that the plain model explains nearly as well as the others are asked last: with friction that rises where the
-    shaft slips slowly it may fail in the slowest drop alone, and on the others there is nothing to gain.
+    Drops with a small excess of the plain model come last, since there is little to gain on them: with friction that rises at low
+    slip the plain model may fail in the slowest drop alone.
     """
     order = np.argsort([drop.speed for drop in plain.problem.drops])
     middle = (len(order) - 1) // 2
@@ -270,8 +270,8 @@ def rms(problem: Problem, point: np.ndarray, drops: Sequence[int], horizon: floa
     return math.sqrt(float(np.mean(squares)))
 
 
-def _examined(pupil: Taught, horizon: float) -> Fit:
-    """Return the fit of the drop's own values; a model is judged by what it leaves, not by a path that was not found."""
-    exam = pupil.exam
-    found = better_cages(exam, fit(exam, pupil.point, horizon, 2), horizon, 1)
+def _fitted_to_held_out(model: Taught, horizon: float) -> Fit:
+    """Return the fit of the held-out drop's own values; a lost path is searched for again, so as not to count as misfit."""
+    exam = model.exam
+    found = better_cages(exam, fit(exam, model.point, horizon, 2), horizon, 1)
     return better_paths(exam, found, horizon, [0]) if lost_drops(exam, found, horizon) else found

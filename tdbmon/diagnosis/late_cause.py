@@ -1,8 +1,8 @@
-"""A cause that shows in the rest of the record only: what builds up with rubbing, sought after paths have parted.
+"""Causes that build up with rubbing and show only in the rest of the record, after paths diverge.
 
-Up to the horizon a model explains the drops.  Where it lets the shaft whirl, stay or slow otherwise later, such causes are
-put into it at sizes, and each drop is simulated many times with them.  The proof is each drop in turn, with values from the
-others.
+The model explains the drops up to the horizon.  Where the shaft later whirls, stays or slows otherwise than simulated, such
+causes are put into the model at several sizes, and each drop is simulated many times with each.  The proof is on each drop in
+turn, with the values that fit the others best.
 """
 
 from __future__ import annotations
@@ -30,33 +30,33 @@ Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
 _WORTH = 10.0  # sum of squared departures from which on a cause is sought
-_SIZES = np.geomspace(0.25, 4.0, 5)  # of the typical size, at which every cause is tried first
-_SHAPES = (0.5, 1.0, 2.0)  # of the typical value of what it has beside its size, likewise
-_FEW, _MORE = 8, 16  # simulations of a drop, for that and for what follows
-_BEST = 3  # causes that are tried at other values
-_FINER = (0.6, 0.8, 1.25, 1.6)  # of the best size so far
-_CLOUD = 4  # trials about the best values, a value, twice
-_SIZE_APART, _SHAPE_APART = 0.3, 0.15  # how far at first, of the logarithm
-_ALONG = 2.5  # then: times as far as they are good
-_HELD = 1e-3  # of a value, by which the fit may move it
-_NEAREST = 0.03  # of the logarithm: no value is known better
-_ROUGH = 8.0  # by how much the misfit of so few simulations may be off
-_AGAINST = 1.0  # of what the readings have against a trial, from which on slopes are taken for it
-_HOPELESS = 10.0  # times what the rest leaves, from which on these do not help any more
-_MAY_LEAVE = 0.5  # of what a model leaves, that it may leave with a cause
+_SIZES = np.geomspace(0.25, 4.0, 5)  # first trial sizes, multiples of the typical one
+_SHAPES = (0.5, 1.0, 2.0)  # the same of the other values
+_FEW, _MORE = 8, 16  # simulations per drop for the first trials, and for later ones
+_BEST = 3  # causes that are tried at further values
+_FINER = (0.6, 0.8, 1.25, 1.6)  # further trial sizes, multiples of the best first one
+_DRAWS = 4  # random trials per value about the best values, in each of two rounds
+_SIZE_SIGMA, _SHAPE_SIGMA = 0.3, 0.15  # standard deviations of the first round, of the logarithm
+_WIDENED = 2.5  # standard deviations of the second round, in units of those of the trials so far
+_HELD = 1e-3  # of a value: prior standard deviation that holds it in the fit
+_NEAREST = 0.03  # least standard deviation of a value, of the logarithm
+_ROUGH = 8.0  # error of the misfit from so few simulations
+_REFIT = 1.0  # excess misfit of the readings above which a trial is fitted with Jacobians of its own
+_HOPELESS = 10.0  # multiple of the misfit of the rest above which that is useless
+_MAY_LEAVE = 0.5  # share of a model's misfit that may remain with a cause
 
 
 @dataclass(frozen=True, eq=False)
 class Rest:
-    """The rest of all drops' records beside simulations of a model: whirl and places, and how each slows if that is known."""
+    """The rest of all drops' records against simulations of a model: whirl, mean positions, and slowing if that is known."""
 
     late: tuple[LateRecord, ...]
     slowing: tuple[Slowing, ...] | None
 
     def misfit(self, drops: Sequence[int]) -> float:
-        """Return the sum of squares of some drops' departures.
+        """Return the sum of squared departures of some drops.
 
-        How they slow is a sum over many windows that follow each other, and counts as little as readings do.
+        The slowing is a sum over many correlated windows, and is divided by `TEMPERATURE` as readings are.
         """
         slower = slowing_misfit([self.slowing[d] for d in drops]) / TEMPERATURE if self.slowing is not None else 0.0
         return slower + departure_of([self.late[d] for d in drops])
@@ -64,18 +64,18 @@ class Rest:
 
 @dataclass(frozen=True, eq=False)
 class Trial:
-    """A model with a cause at values that are held, all else fitted to the horizon again.
+    """A model with a cause held at given values, all other values refitted to the horizon.
 
     Attributes
     ----------
     values : mapping
-        Of the cause, SI, by name.
+        Values of the cause, SI, by name.
     point : (n,) array
-        Of the model without the cause.
+        Point of the other values.
     readings : float
-        By how much more of the readings of all drops is left than without the cause; as little counts as in any verdict.
+        Increase of the misfit of all drops' readings by the cause, divided by `TEMPERATURE`.
     rest : Rest
-        With departures in the spread of the model without the cause.
+        Departures in units of the spread of the model without the cause.
     """
 
     values: Values
@@ -84,20 +84,20 @@ class Trial:
     rest: Rest
 
     def misfit(self, drops: Sequence[int]) -> float:
-        """Return the sum of squares of some drops' departures, with what the readings have against it."""
+        """Return the sum of squared departures of some drops plus `readings`."""
         return self.readings + self.rest.misfit(drops)
 
 
 @dataclass(frozen=True, eq=False)
 class LateCause:
-    """A model with a cause put in at values, held against the rest of the record.
+    """A cause tried at several values in a model, compared with the rest of the record.
 
     Attributes
     ----------
     base : Contender
-        Without the cause.
+        The model without the cause.
     bare : Rest
-        Of it.
+        The rest of the record against `base`.
     suspect : Suspect
     trials : tuple of Trial
     """
@@ -123,7 +123,7 @@ class LateCause:
 
     @property
     def spread(self) -> Array:
-        """Covariance of the logarithms of the values about the best (k, k): of all trials, by how good they are."""
+        """Covariance of the logarithms of the values about the best (k, k), over all trials weighted by likelihood."""
         best, least = self.best(self.drops), self.misfit
         worse = np.array([each.misfit(self.drops) - least for each in self.trials])
         weights = np.exp(-worse / 2 / _ROUGH)
@@ -139,24 +139,24 @@ class LateCause:
 
     @property
     def promising(self) -> bool:
-        """True where the cause takes away half of what its base leaves."""
+        """True if the cause takes away half of the misfit of its base."""
         return self.misfit < _MAY_LEAVE * self.bare.misfit(self.drops)
 
     def contender(self) -> Contender:
-        """Return the model with the cause, held as the rest tells it (raises InputError where impossible)."""
+        """Return the model with the cause held at its best values (raises InputError if it cannot be simulated)."""
         best = self.best(self.drops)
-        # the readings took part in the trials; by themselves, where the cause hardly acts, they would lead it away
+        # readings up to the horizon counted in the trials; alone, where the cause hardly acts, they would lead it off
         known = {name: _HELD * abs(value) for name, value in best.values.items()}
         begun = with_cause(self.base, self.suspect, Start(best.values, known=known))
         columns = [len(self.base.problem.shared)] * len(best.values)
         there = replace(begun.fit, point=np.insert(best.point, columns, 0.0))
         found = settled(replace(begun, fit=there), self.base.horizon, SLOPES)
         gained = TEMPERATURE * (self.bare.misfit(self.drops) - self.misfit)
-        # what the fit leaves more or less up to the horizon is counted in the trials, or chance
+        # a change of misfit up to the horizon is counted in the trials already, or due to chance
         return replace(found, later=self.base.later - gained + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
-        """Return the proof on each drop in turn, its values those of the other drops."""
+        """Return the proof on each drop in turn, with the trial that fits the other drops best."""
         taught = [self.best([other for other in self.drops if other != drop]) for drop in self.drops]
         bare = self.bare.late
         wide = [trial.rest.late[drop] for drop, trial in enumerate(taught)]
@@ -177,35 +177,35 @@ class LateCause:
 
 
 def departs(late: Sequence[LateRecord]) -> bool:
-    """True where the rest of several drops is so far from its simulations that a cause is worth seeking."""
+    """True if the rest of several drops departs so far from simulations that a cause is sought."""
     told = acts_later(late) is not None or departure_of(late) > _WORTH
     return told and len(late) >= LEAST_DROPS
 
 
 def explains_the_rest(before: Sequence[LateRecord], after: Sequence[LateRecord]) -> bool:
-    """True where a model leaves half of the departures of the one before at most, and none that is worth another cause."""
+    """True if the departures `after` sum to less than half of those before and call for no further cause."""
     return departure_of(after) < _MAY_LEAVE * departure_of(before) and not departs(after)
 
 
 def with_late_causes(
     base: Contender, field: Sequence[Contender], late: Sequence[LateRecord], suspects: Sequence[Suspect]
 ) -> tuple[list[Contender], dict[Contender, LateCause]]:
-    """Return models and those that have one cause more, which explains the rest of the records, and what was tried of these.
+    """Return the models, with those that have one more cause which explains the rest of the records, and the trials of these.
 
     Parameters
     ----------
     base : Contender
-        The model that is believed: it explains the drops to its horizon.
+        The believed model, which explains the drops to its horizon.
     field : sequence of Contender
         All models, the base among them.
     late : sequence of LateRecord
-        The rest of the drops, which departs from the base.
+        The rest of the records against the base.
     suspects : sequence of Suspect
         All of the machine.
 
     Returns
     -------
-    The models, the best first, and nothing more where no cause is convincing, or another model is better still.
+    The models, the best first, and the trials by model; `field` and no trials unless an extended model is the best.
     """
     tried: dict[Contender, LateCause] = {}
     for cause in _late_causes(base, late, suspects) if len(base.causes) < MOST_CAUSES else ():
@@ -216,7 +216,7 @@ def with_late_causes(
 
 
 def _late_causes(base: Contender, late: Sequence[LateRecord], suspects: Sequence[Suspect]) -> list[LateCause]:
-    """Return the causes that explain the rest of the drops where a model does not."""
+    """Return the late causes that explain the rest of the records and are proved."""
     bare, points = Rest(tuple(late), slowings_of(base)), drawn(base, _MORE)
     drops = range(len(late))
     asked = [each for each in suspects if each.declared.kind.builds_up]
@@ -232,18 +232,18 @@ def _late_causes(base: Contender, late: Sequence[LateRecord], suspects: Sequence
         if found:
             scanned.append(LateCause(base, bare, suspect, tuple(trial for _, trial in found)))
     promising = [each for each in scanned if each.promising]
-    # those that are as good as rough misfits can tell, with the same pains
+    # those that rough misfits cannot tell from the best are refined alike
     rivals = [each for each in promising if each.misfit < min(other.misfit for other in promising) + _ROUGH]
-    return [each for each in (_sought(rival, points) for rival in rivals) if each.proof().seen]
+    return [each for each in (_refined(rival, points) for rival in rivals) if each.proof().seen]
 
 
 def _at_all_places(
     base: Contender, bare: Rest, alike: Sequence[Suspect], points: Sequence[Array]
 ) -> list[tuple[Suspect, Trial]]:
-    """Return of one effect, with all its words and at all its places, the best trial at each place."""
+    """Return the best trial of one effect, over all its words, at each of its places."""
     drops = range(len(bare.late))
     shapes = _shapes(alike[0])
-    # words and shapes that fit at both ends fit at one: they are sought once
+    # words and shapes that fit best at both ends are taken for one end too
     widest = [each for each in alike if each.where == "both"] or alike
     one_end = [each for each in alike if each not in widest]
     found = _tried(base, bare, [(each, v) for each in widest for of in shapes for v in _sizes(each, of)], points)
@@ -258,18 +258,18 @@ def _at_all_places(
     return list(best.values())
 
 
-def _sought(cause: LateCause, points: Sequence[Array]) -> LateCause:
-    """Return a cause tried at values drawn about its best, then about the best of these, farther along where they are good.
+def _refined(cause: LateCause, points: Sequence[Array]) -> LateCause:
+    """Return the cause with trials at values drawn about its best ones, twice: the second time from the spread of the trials.
 
-    The misfit is rough and its valley narrow, since greater friction for less long does the same: descents end on its side.
+    The misfit is rough and its valley narrow, since more friction for less long acts the same; a descent would end on its side.
     """
     rng, suspect = np.random.default_rng(0), cause.suspect
     size = suspect.sizes[0][0].name
-    wide = np.diag([_SIZE_APART if name == size else _SHAPE_APART for name in cause.best(cause.drops).values]) ** 2
+    wide = np.diag([_SIZE_SIGMA if name == size else _SHAPE_SIGMA for name in cause.best(cause.drops).values]) ** 2
     for narrowed in (False, True):
         values = cause.best(cause.drops).values
-        spread = _ALONG**2 * cause.spread if narrowed else wide
-        times = np.exp(rng.multivariate_normal(np.zeros(len(values)), spread, _CLOUD * len(values)))
+        spread = _WIDENED**2 * cause.spread if narrowed else wide
+        times = np.exp(rng.multivariate_normal(np.zeros(len(values)), spread, _DRAWS * len(values)))
         tried = [
             (suspect, {name: _within(suspect, name, values[name] * t) for name, t in zip(values, row, strict=True)})
             for row in times
@@ -280,27 +280,27 @@ def _sought(cause: LateCause, points: Sequence[Array]) -> LateCause:
 
 
 def _shapes(suspect: Suspect) -> list[Values]:
-    """Return values of what a suspect has beside its size, that are tried first."""
+    """Return the first trial values of a suspect's shapes."""
     if not suspect.shapes:
         return [{}]
     return [{p.name: _within(suspect, p.name, p.typical * share) for p in suspect.shapes} for share in _SHAPES]
 
 
 def _sizes(suspect: Suspect, shape: Values) -> list[Values]:
-    """Return the same with sizes that are tried first."""
+    """Return a shape with each of the first trial sizes."""
     size, _ = suspect.sizes[0]
     return [{**shape, size.name: _within(suspect, size.name, sized(size, share))} for share in _SIZES]
 
 
 def _near(suspect: Suspect, values: Values) -> list[Values]:
-    """Return values and others of nearly the same size, each once."""
+    """Return the values and the same at `_FINER` sizes, without duplicates."""
     size = suspect.sizes[0][0].name
     near = dict.fromkeys(_within(suspect, size, values[size] * share) for share in (1.0, *_FINER))
     return [{**values, size: value} for value in near]
 
 
 def _within(suspect: Suspect, name: str, value: float) -> float:
-    """Return a value of a suspect put within its bounds."""
+    """Return a value of a suspect, clipped to its bounds."""
     of = suspect.declared.parameter(name)
     return float(min(max(value, of.low), of.high))
 
@@ -308,28 +308,28 @@ def _within(suspect: Suspect, name: str, value: float) -> float:
 def _tried(
     base: Contender, bare: Rest, asked: Sequence[tuple[Suspect, Values]], points: Sequence[Array]
 ) -> list[tuple[Suspect, Trial]]:
-    """Return causes at values, with simulations at points about the base's; without those that cannot be, or are no better."""
+    """Return the trials of causes at values, simulated at points about the base's, except those that `_trial` gives up."""
     found = base.problem.crew.apart(_trial, [(base, bare, suspect, values, points) for suspect, values in asked])
     return [(suspect, trial) for (suspect, _), trial in zip(asked, found, strict=True) if trial is not None]
 
 
 def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points: Sequence[Array]) -> Trial | None:
-    """Return a cause at values; None where it cannot be simulated, or the readings have more against it than it could explain."""
+    """Return the trial of a cause at values; None if it cannot be simulated, or its misfit exceeds that without the cause."""
     problem = replace(base.problem, standing=(*base.problem.standing, suspect.effect(values)))
     left = bare.misfit(range(len(bare.late)))
     try:
         found = fit(problem, base.fit.point, base.horizon, linearisations=0, slopes=base.fit.slopes)
-        readings = _against(found, base)
-        if _AGAINST < readings < _HOPELESS * left:
+        readings = _added_misfit(found, base)
+        if _REFIT < readings < _HOPELESS * left:
             found = fit(problem, found.point, base.horizon, FEW_SLOPES)
-            readings = _against(found, base)
+            readings = _added_misfit(found, base)
     except InputError:
         return None
     if readings > left:
         return None
     at = [np.clip(point + found.point - base.fit.point, problem.low, problem.high) for point in points]
     beside: dict[int, LateRecord] = {}
-    # the drop that departs most shows first that nothing is gained
+    # the drop that departs most comes first: it shows soonest that nothing is gained
     for drop in sorted(range(len(bare.late)), key=lambda drop: -bare.late[drop].departure):
         late = late_record(problem, at, drop, base.horizon)
         if late is None:
@@ -343,6 +343,6 @@ def _trial(base: Contender, bare: Rest, suspect: Suspect, values: Values, points
     return Trial(values, found.point, readings, Rest(tuple(beside[drop] for drop in sorted(beside)), slowing))
 
 
-def _against(fitted: Fit, base: Contender) -> float:
-    """Return by how much more of the readings is left than by a base, squares that count as in a verdict."""
+def _added_misfit(fitted: Fit, base: Contender) -> float:
+    """Return the increase of the readings' misfit over the base's, at least 0, divided by `TEMPERATURE`."""
     return max(fitted.misfit - base.fit.misfit, 0.0) / TEMPERATURE

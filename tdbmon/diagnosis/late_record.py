@@ -1,9 +1,9 @@
-"""The rest of the record, after paths have parted, held against many simulations.
+"""The rest of the record, after paths diverge, compared with many simulations.
 
-Where a path with impacts leads can be followed for some tens of milliseconds.  How far it whirls with the shaft's turning,
-and where it stays on average, can be told much longer, within bounds: simulations that begin at points drawn about the fit
-part from each other as the drop parts from its model, and the drop is one of them unless something acts that they lack.  A
-part that flies off shows in the whirl, a probe that drifts in the place.
+A path with impacts can be followed for some tens of milliseconds.  Its synchronous whirl and its mean position can be predicted
+much longer, within bounds: simulations from points drawn about the fit diverge from each other as the drop diverges from its
+model, and the drop is one of them unless something acts that they lack.  A part that flies off shows in the whirl, a drifting
+probe in the mean position.
 """
 
 from __future__ import annotations
@@ -28,20 +28,22 @@ from tdbmon.identify.variants import paths
 
 Array = NDArray[np.float64]
 
-_WINDOW_S = 0.05  # over which readings are averaged, and turns, at least
-_TURNS = 3.0
+_WINDOW_S = 0.05  # least length of a window
+_TURNS = 3.0  # revolutions, the same
 _LEAST_WINDOWS = 3  # of a drop
 _MEMBERS = 32  # simulations of a drop
-_FEWEST = 0.25  # of them, that must be possible
-_WIDER = 5.0  # times what the fit leaves open: the model's own error parts paths too
-_WHIRL_LAW = 0.3  # of the logarithm of a power, standard deviation: what laws that are a little off do to a whirl
-_VECTOR_LAW = _WHIRL_LAW / 2  # the same of a vector, of its length
-_VECTOR_LEAST = 0.5e-6  # m, at least
-_PLACE_LAW = 2e-6  # m, the same of a place
-WHIRLS_OTHERWISE = 2.0  # standard deviations of a drop's amplitude or vector, from which on it whirls otherwise
-STAYS_ELSEWHERE = 1.5  # the same of where a probe sees it, mean over the drops too
-IN_ONE_DROP = 3.0  # of any of these, from which on one drop of several is enough; of 90 that nothing acts on late: 2.4
-_THERE = 0.6  # of a probe's samples, that must be there
+_FEWEST = 0.25  # share of them that must succeed
+_WIDER = 5.0  # multiple of the fit's standard deviations: the model's own error makes paths diverge too
+_WHIRL_LAW = 0.3  # standard deviation of the logarithm of the whirl's power due to inexact laws
+_VECTOR_LAW = _WHIRL_LAW / 2  # the same of the 1X vector, share of its length
+_VECTOR_LEAST = 0.5e-6  # m, least standard deviation of the 1X vector
+_PLACE_LAW = 2e-6  # m, standard deviation of the mean position due to inexact laws
+WHIRLS_OTHERWISE = 2.0  # standard deviations of a drop's amplitude or 1X vector from which on it departs
+STAYS_ELSEWHERE = 1.5  # the same of a probe's mean reading, averaged over the drops
+IN_ONE_DROP = (
+    3.0  # the same of any of these in a single drop of several; greatest of 90 on which nothing acts late: 2.4
+)
+_THERE = 0.6  # least share of a probe's samples in a window
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +59,13 @@ class LateRecord:
     time : (w,) array
         Middle of each window, s after the release.
     probes : tuple of str
-        Names of those that have most samples in every window.
+        Names of those with enough samples in every window.
     once, onces : (probes, w) and (n, probes, w) complex arrays
-        1X vectors, m: reading once a revolution of the shaft, amplitude and phase; measured, and simulated.
+        1X vectors (amplitude and phase), m, measured and simulated.
     place, places : (probes, w) and (n, probes, w) arrays
         Mean readings, m, likewise.
     wide : LateRecord or None
-        By how far the simulations of another model part in the same windows its departures are counted; None where by how far
-        its own do.
+        The same drop against another model, whose simulations' spread is the unit of departures; None for its own spread.
     """
 
     name: str
@@ -78,15 +79,15 @@ class LateRecord:
     wide: LateRecord | None = None
 
     def in_spread_of(self, other: LateRecord) -> LateRecord:
-        """Return the same with its departures counted as another model's are, so that both compare.
+        """Return the same with departures in units of another model's spread, so that both can be compared.
 
-        Simulations that lie further apart are no nearer to the drop.
+        A wider spread of simulations does not bring them nearer to the drop.
         """
         return replace(self, wide=other)
 
     @cached_property
     def whirl(self) -> Array:
-        """Measured amplitude once a revolution (w,), m, root mean square over the probes."""
+        """Measured 1X amplitude (w,), m, root mean square over the probes."""
         return np.sqrt(np.mean(np.abs(self.once) ** 2, axis=0))
 
     @cached_property
@@ -102,18 +103,18 @@ class LateRecord:
 
     @property
     def place_sigma(self) -> Array:
-        """Standard deviation of each place (probes, w), m."""
+        """Standard deviation of each mean reading (probes, w), m."""
         return np.hypot((self.wide or self).places.std(axis=0), _PLACE_LAW)
 
     @property
     def whirl_departure(self) -> float:
-        """How far the measured whirl is above the simulated ones, standard deviations, mean over the windows."""
+        """Measured above simulated whirl, in standard deviations, mean over the windows."""
         ahead = 2 * np.log(self.whirl) - np.median(2 * np.log(self.whirls), axis=0)
         return float(np.mean(ahead / self.whirl_sigma))
 
     @property
     def vector_departure(self) -> float:
-        """How far the 1X vectors are from the simulated ones, standard deviations, root mean square over probes and windows.
+        """Distance of measured from simulated 1X vectors, in standard deviations, root mean square over probes and windows.
 
         An unbalance that changes by a little turns the vectors more than it lengthens them.
         """
@@ -129,33 +130,33 @@ class LateRecord:
 
     @property
     def shifts(self) -> Array:
-        """By how much more each probe reads than simulated (probes,), m, mean over the windows."""
+        """Measured less simulated mean reading (probes,), m, mean over the windows."""
         return np.asarray((self.place - np.median(self.places, axis=0)).mean(axis=1))
 
     @property
     def place_departures(self) -> Array:
-        """The same in standard deviations (probes,), mean over the windows."""
+        """`shifts` in standard deviations (probes,), mean over the windows."""
         apart = self.place - np.median(self.places, axis=0)
         return np.asarray((apart / self.place_sigma).mean(axis=1))
 
     @property
     def departure(self) -> float:
-        """Sum of squares of how far whirl and places depart: some 1 where nothing acts that the simulations lack.
+        """Sum of squared departures of whirl and mean readings: about 1 if nothing acts that the simulations lack.
 
-        Not of the 1X vectors, whose length is in the whirl already.  What only turns them tells that something acts later
-        (`acts_later`), but no cause gains by explaining it.
+        1X vectors are left out, since the whirl contains their length.  A change of their phase alone shows that something acts
+        later (`acts_later`), but no cause gains by explaining it.
         """
         return self.whirl_departure**2 + float(np.sum(self.place_departures**2))
 
     @property
     def apart(self) -> Array:
-        """Measured less simulated reading of each probe, then amplitude once a revolution (probes + 1,), m, means."""
+        """Measured less simulated reading of each probe, then 1X amplitude (probes + 1,), m, means over the windows."""
         whirl = float(np.mean(self.whirl - np.median(self.whirls, axis=0)))
         return np.append(self.shifts, whirl)
 
     @property
     def spread(self) -> Array:
-        """Standard deviations of the same (probes + 1,), m, by how far simulations part and laws are off."""
+        """Standard deviations of `apart` (probes + 1,), m, from the spread of the simulations and inexact laws."""
         whirl, whirls = np.median(self.whirls), self.whirls.mean(axis=1)
         places = np.hypot(self.places.mean(axis=2).std(axis=0), _PLACE_LAW)
         return np.append(places, math.hypot(float(whirls.std()), _WHIRL_LAW / 2 * float(whirl)))
@@ -167,9 +168,9 @@ def departure_of(records: Sequence[LateRecord]) -> float:
 
 
 def drawn(contender: Contender, members: int) -> list[Array]:
-    """Return the point of a fit, and points drawn about it, from which paths part as the drop parts from its model.
+    """Return the point of a fit and points drawn about it, whose paths diverge as the drop diverges from its model.
 
-    The instants of release stay, so that simulations go side by side: they are known to microseconds.
+    The instants of release, known to microseconds, are kept, so that the drops can be simulated side by side.
     """
     problem, point = contender.problem, contender.fit.point
     wide = _WIDER**2 * covariance_of(problem, contender.fit, contender.horizon)
@@ -179,7 +180,7 @@ def drawn(contender: Contender, members: int) -> list[Array]:
 
 
 def late_records(contender: Contender) -> tuple[LateRecord, ...] | None:
-    """Return the rest of all drops' records after a model's horizon; None where that of one does not tell."""
+    """Return the rest of all drops' records after a model's horizon; None if that of one cannot be compared."""
     problem, points = contender.problem, drawn(contender, _MEMBERS)
     tasks = [(problem, points, drop, contender.horizon) for drop in range(len(problem.drops))]
     found = problem.crew.apart(late_record, tasks)
@@ -188,9 +189,9 @@ def late_records(contender: Contender) -> tuple[LateRecord, ...] | None:
 
 
 def late_record(problem: Problem, points: Sequence[Array], drop: int, horizon: float) -> LateRecord | None:
-    """Return a drop after a horizon, and simulations of it at several points.
+    """Return a drop after a horizon with simulations of it at several points.
 
-    None without a keyphasor or a longer record, or where hardly any of them can be simulated.
+    None without a keyphasor, in too short a record, or if too few simulations succeed.
     """
     measured = problem.drops[drop]
     last, length = last_of(measured), _window(measured)
@@ -235,7 +236,7 @@ def _window(drop: MeasuredDrop) -> float:
 
 
 def _windows(drop: MeasuredDrop, horizon: float) -> int:
-    """Return how many windows a record has after a horizon; none without a keyphasor."""
+    """Return the number of windows of a record after a horizon; 0 without a keyphasor."""
     if not _turns_told(drop):
         return 0
     until = min(last_of(drop), float(drop.pulse_times[-1]) - drop.release)
@@ -247,7 +248,7 @@ def _turns_told(drop: MeasuredDrop) -> bool:
 
 
 def untold(contender: Contender) -> str:
-    """Say why the rest of a model's drops is not held against simulations, and what that costs."""
+    """Say why the rest of the drops' records is not compared with simulations, and what that costs."""
     drops, horizon = contender.problem.drops, contender.horizon
     mute = [drop.name for drop in drops if not _turns_told(drop)]
     short = [drop for drop in drops if _turns_told(drop) and _windows(drop, horizon) < _LEAST_WINDOWS]
@@ -267,7 +268,7 @@ def untold(contender: Contender) -> str:
 
 
 def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -> tuple[NDArray[np.complex128], Array]:
-    """Return of readings (probes, k) at shaft angles (k,) the 1X vectors and the places, both (probes, windows)."""
+    """Return 1X vectors and means, both (probes, windows), of readings (probes, k) at shaft angles (k,)."""
     turning = np.exp(-1j * angle)
     once, place = np.empty((len(seen), len(windows)), dtype=complex), np.empty((len(seen), len(windows)))
     for column, window in enumerate(windows):
@@ -278,17 +279,17 @@ def _averages(seen: Array, angle: Array, windows: Sequence[NDArray[np.bool_]]) -
 
 
 def _shaft_angle(drop: MeasuredDrop, time: Array) -> Array:
-    """Return the shaft's angle as the keyphasor tells it, rad, at instants between the release and its last pulse."""
-    # a slow shaft may pass its mark first when the windows have begun
+    """Return the shaft's angle by the keyphasor, rad, at instants between the release and its last pulse."""
+    # on a slow shaft the first pulse may come after the first window begins
     times, angles = [drop.release, *drop.pulse_times], [drop.angle, *drop.pulse_angles]
     return np.interp(time, times, angles)
 
 
 def acts_later(records: Sequence[LateRecord]) -> str | None:
-    """Say what the rest of the records shows that simulations of them do not; None where they show the same.
+    """Say how the rest of the records departs from simulations; None if it does not.
 
-    Half of the drops, and two at least, must whirl otherwise, by amplitude to one side or by vector; or a probe must see the
-    shaft elsewhere in the mean of two drops at least; or one of these is so plain that one drop of several is enough.
+    It does if the whirl departs in half of the drops and in at least two, by amplitude to the same side or by vector; if the mean
+    reading of a probe departs on average over at least two drops; or if one of these departs by `IN_ONE_DROP` in one of several.
     """
     if len(records) < 2:
         return None
@@ -314,14 +315,14 @@ def _turns_otherwise(records: Sequence[LateRecord]) -> str | None:
 
 
 def _departing(apart: Sequence[tuple[LateRecord, float]]) -> list[LateRecord]:
-    """Return the drops that whirl otherwise, by how many standard deviations each does; none where too few do."""
+    """Return the drops that depart by more than `WHIRLS_OTHERWISE`; none if too few do."""
     found = [(each, by) for each, by in apart if by > WHIRLS_OTHERWISE]
     enough = len(found) >= max(2, math.ceil(len(apart) / 2)) or any(by > IN_ONE_DROP for _, by in found)
     return [each for each, _ in found] if enough else []
 
 
 def seen_in_all(records: Sequence[LateRecord]) -> list[str]:
-    """Return the probes that all drops have."""
+    """Return the probes that are compared in all drops."""
     return [name for name in records[0].probes if all(name in each.probes for each in records)]
 
 
