@@ -1,7 +1,7 @@
-"""A keyphasor mark that has moved between the drops: every probe sees the same surface, turned against the mark.
+"""A keyphasor mark that moved between the drops: every probe sees the same surface, turned relative to the mark.
 
-Twice a revolution a levitated shaft reads as its surface runs out, whatever the speed; unbalance is seen once.  So with a
-mark that stays the 2X phasors of all probes, counted from it, are the same in every drop.
+The 2X reading of a levitated shaft is the runout of its surface at any speed; unbalance is 1X.  So relative to a mark that stays,
+the 2X phasors of all probes are the same in every drop.
 """
 
 from __future__ import annotations
@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from tdbmon.identify.drop import MeasuredDrop
 
-# surfaces of two ends that differ from drop to drop look turned alike in one pair of drops of nine: with three drops too often
+# surfaces at two ends that differ from drop to drop look turned alike in one of nine pairs of drops: too often with three drops
 _LEAST_DROPS = 4
 _CLEAR = 5.0  # standard deviations, of all phasors together, and of a turn
-_ALIKE = 0.15  # of their size, by which they may differ beyond noise once turned back
-# times the squares that noise puts between two drops on average: one in a hundred is above (chi-square of 8)
+_ALIKE = 0.15  # share of their size by which phasors may differ beyond noise once turned back
+# multiple of the mean square difference of two drops by noise alone that one in a hundred exceeds (chi-square of 8)
 _CHANCE = 2.5
-_MOVED = math.radians(10)  # a lag that all channels have turns them by less
+_MOVED = math.radians(10)  # least turn; a delay common to all channels turns the phasors by less
 
 
 def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
-    """Say by how much the mark has moved, where the levitated shaft shows that it has; None otherwise.
+    """Say by how much the mark has moved, if the levitated shaft shows it; else None.
 
     Angles are known up to half a turn.
     """
@@ -33,7 +33,7 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
     names = set.intersection(*({probe.name for probe in drop.probes} for drop in drops))
     (first, chance), *others = (_twice_a_revolution(drop, names) for drop in drops)
     size = float(np.linalg.norm(first))
-    if not size > _CLEAR * chance:  # nor where no probe is in all drops
+    if not size > _CLEAR * chance:  # true also if no probe is common to all drops
         return None
     turns, moved = [], False
     for seen, chance_too in others:
@@ -58,7 +58,7 @@ def _orders_told(drop: MeasuredDrop) -> bool:
 
 
 def _twice_a_revolution(drop: MeasuredDrop, names: set[str]) -> tuple[NDArray[np.complex128], float]:
-    """Return the 2X phasors of a drop's levitated readings, counted from the mark, and the noise of each part of them, m."""
+    """Return the 2X phasors of a drop's levitated readings relative to the mark, and the noise of either part of all, m."""
     chosen = [noise for probe, noise in zip(drop.probes, drop.noise, strict=True) if probe.name in names]
     seen = np.array([noise.orders[1] for noise in chosen]) * np.exp(-2j * drop.angle)
     return seen, math.sqrt(sum(noise.order_sigma**2 for noise in chosen))

@@ -14,7 +14,7 @@ _NOT_FITTED = "not fitted as far: it looks like another cause that is named"
 
 @dataclass(frozen=True)
 class NamedCause:
-    """An effect of the catalogue that may be there.
+    """An effect of the catalogue that a diagnosis names.
 
     Attributes
     ----------
@@ -22,11 +22,11 @@ class NamedCause:
         Its identifier.
     where : str
     probability : float
-        Of all accused models that have it.
+        Sum over all accused models that contain it.
     parameters : mapping
-        Estimates by the parameter's name.
+        Estimates by parameter name.
     held : mapping
-        Words and numbers of it that were tried and not fitted, by name.
+        Words and numbers that were tried, not fitted, by name.
     """
 
     effect: str
@@ -37,7 +37,7 @@ class NamedCause:
 
 
 def named_causes(diagnosis: Diagnosis) -> list[NamedCause]:
-    """Return the causes of all accused models and of those that look like one of them, the likeliest first."""
+    """Return the causes of all accused models and of their look-alikes, the likeliest first."""
     found: dict[str, NamedCause] = {}
     by_contender = dict(zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True))
     for contender in diagnosis.verdict.accused:
@@ -59,7 +59,7 @@ def _add(
     parameters: Mapping[str, Estimate],
     held: Mapping[str, float | str],
 ) -> None:
-    """Add a model's cause; of one that a likelier model has, the probability alone."""
+    """Add a model's cause, or only its probability if a likelier model has that cause too."""
     known = found.get(cause.name)
     if known is not None:
         found[cause.name] = replace(known, probability=known.probability + probability)

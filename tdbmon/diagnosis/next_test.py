@@ -11,7 +11,7 @@ from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.free_effect import place_in_words
 from tdbmon.quantity import decapitalised
 
-# where cables or machine file are wrong, and where the mark moved
+# for wrong cables or machine file, and for a mark that moved
 PUT_RIGHT = "none: put that right, and diagnose the same drops again"
 ONE_MARK = "the same drops again with the mark where it stays, or those alone that have it in one place"
 DRIFT = (
@@ -24,11 +24,11 @@ REST_UNSEEN = (
     " compared, but what acts later was not looked at"
 )
 DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
-_ALIKE = 1.1  # times the slowest speed, below which all drops are from one speed
+_ALIKE = 1.1  # ratio of the greatest to the least speed below which all drops count as from one speed
 
 
 def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
-    """True where drops hardly differ in speed."""
+    """True if the drops hardly differ in speed."""
     speeds = [abs(drop.omega) for drop in drops]
     return max(speeds) < _ALIKE * min(speeds)
 
@@ -36,7 +36,7 @@ def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
 def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False, rest_seen: bool = True) -> str:
     """Return one piece of advice.
 
-    `driven` says that the drops slow as by a torque of a drive, `rest_seen` that the rest of their records was looked at.
+    `driven`: the drops slow as if by the torque of a drive; `rest_seen`: the rest of their records was compared.
     """
     drops = contenders[0].problem.drops
     speeds, alike = sorted(drop.speed for drop in drops), of_one_speed(drops)
@@ -72,7 +72,7 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
             " with the cage (about 0.4 of a turn a turn), waves of a race with the balls that pass; then look at the balls"
         )
     causes = [cause for each in verdict.accused for cause in each.causes]
-    of_one = len({each.effects for each in verdict.accused}) == 1  # or of nothing at all: no other looks like it
+    of_one = len({each.effects for each in verdict.accused}) == 1  # ambiguous with the plain model only, no other cause
     if verdict.kind is Kind.NAMED or of_one:
         between = "a speed below" if alike else f"between {speeds[0]:.0f} and"
         return "; ".join(

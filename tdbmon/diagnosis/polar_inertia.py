@@ -1,4 +1,4 @@
-"""What the gyroscopic motion of the shaft tells of the rotor's polar inertia."""
+"""The rotor's polar inertia, from the gyroscopic motion of the shaft."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from tdbmon.diagnosis.beside_values import beside_values
 from tdbmon.diagnosis.contender import Contender
 from tdbmon.identify.problem import Problem
 
-_NUDGE = 0.01  # of it, to each side
+_NUDGE = 0.01  # relative step of the central difference
 
 
 @dataclass(frozen=True)
 class PolarInertia:
-    """The polar inertia that the shaft's motion wants, as a multiple of that of the machine file, and its standard deviation."""
+    """The polar inertia that fits the shaft's motion, as a multiple of the machine file's, and its standard deviation."""
 
     factor: float
     sigma: float
 
 
 def polar_inertia(contender: Contender) -> PolarInertia | None:
-    """Return the polar inertia by which the shaft tilts and bends sideways; None where that cannot be simulated.
+    """Return the polar inertia from the gyroscopic tilting and bending of the shaft; None if that cannot be simulated.
 
-    It is the end of one linear step from a fit whose values, free as they are there, make up for it as well as they can.  How
-    fast the rotor slows has no part in it.
+    One linear step from the fit, in which the free values compensate for it as well as they can.  The slowing of the rotor plays
+    no part.
     """
     problem, fit = contender.problem, contender.fit
     more, less = (
@@ -40,6 +40,6 @@ def polar_inertia(contender: Contender) -> PolarInertia | None:
 
 
 def _with_gyroscopics(problem: Problem, factor: float) -> Problem:
-    """Return a problem whose rotor has gyroscopic moments of another polar inertia, and the same resistance to slowing."""
+    """Return the problem with the gyroscopic moments scaled, and the inertia against slowing unchanged."""
     model = problem.model
     return replace(problem, model=replace(model, arrays=model.arrays._replace(gyro=factor * model.arrays.gyro)))

@@ -19,8 +19,8 @@ from tdbmon.identify.problem import Problem
 from tdbmon.identify.rough_slopes import agreed_covariance
 
 _RULE = "least squares of simulated against measured drops"
-# standard deviation of a size, as a share: no law is quite the catalogue's, no shaft quite its drawing. On 35 sizes of cases by
-# another program 28 intervals held the truth without it, 32 with it
+# relative standard deviation of a size due to inexact laws and drawings. Of 35 sizes in cases of another program, 28 intervals
+# held the truth without it, 32 with it
 _LAW = 0.005
 _BEYOND = "at the end of what the catalogue allows; the truth may lie beyond"
 _UNTOLD = "the drops do not tell it: other values of the catalogue's range do as well"
@@ -28,15 +28,15 @@ _UNTOLD = "the drops do not tell it: other values of the catalogue's range do as
 
 @dataclass(frozen=True)
 class Sizes:
-    """What a model was fitted with.
+    """Estimates of the values of a fitted model.
 
     Attributes
     ----------
     causes : dict
-        The parameters of each cause by its name (``oval_clearance@NDE``) and theirs.  Those that the drops share are
-        estimated; those held, and those that differ from drop to drop, are left out.
+        By the name of each cause (``oval_clearance@NDE``), then of its parameters.  Those held, and those that differ from drop
+        to drop, are left out.
     machine : dict
-        The machine's own values, to which its file gives a tolerance.
+        The machine's own values to which its file gives a tolerance.
     """
 
     causes: dict[str, dict[str, Estimate]]
@@ -52,11 +52,11 @@ def sizes_of(
     ----------
     contender : Contender
     without : sequence of mapping
-        Its values (SI, by name) when fitted without a drop: how far they lie apart is what the model's faults cost, of
-        which the curvature knows nothing.  The jackknife makes a variance of it, n - 1 times the mean square with n drops
-        (J. W. Tukey, Ann. Math. Statist. 29 (1958) 614), here of the one or two drops that were held out.
+        Its values (SI, by name) fitted without each held-out drop: their scatter contains errors of the model, which the
+        curvature of the fit does not.  Jackknife variance: n - 1 times the mean square with n drops (J. W. Tukey, Ann. Math.
+        Statist. 29 (1958) 614), here over the one or two held-out drops.
     rest : mapping, optional
-        Standard deviations (SI, by name) of values that the rest of the record told, which the fit held.
+        Standard deviations (SI, by name) of values determined by the rest of the record and held in the fit.
     """
     problem = contender.problem
     values, _ = problem.values(contender.fit.point, 0)
@@ -76,7 +76,7 @@ def sizes_of(
             sigmas[name] = math.hypot(sigmas[name], math.sqrt(times * sum(each**2 for each in apart) / len(apart)))
     for name, by in (*law_errors(problem, values).items(), *(rest or {}).items()):
         sigmas[name] = math.hypot(sigmas[name], by)
-    ends = {p.name for p, at in zip(problem.parameters, problem.at_bound(contender.fit.point), strict=True) if at}
+    at_bound = {p.name for p, at in zip(problem.parameters, problem.at_bound(contender.fit.point), strict=True) if at}
     out: dict[str, dict[str, Estimate]] = {}
     for free in problem.free:
         each = {}
@@ -84,9 +84,9 @@ def sizes_of(
             value = _turned(free, p.name, values[p.name])
             least = -math.inf if p.name in periods else p.least
             known = Estimate.from_sigma(value, sigmas[p.name], p.unit, _RULE, least=least)
-            if p.name in ends - periods.keys():
+            if p.name in at_bound - periods.keys():
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_BEYOND)
-            elif 2 * Z95 * sigmas[p.name] > periods.get(p.name, p.high - p.low):  # say of a ball that carries nothing
+            elif 2 * Z95 * sigmas[p.name] > periods.get(p.name, p.high - p.low):  # say, of a ball that carries no load
                 known = Estimate(value, unit=p.unit, method=_RULE, why=_UNTOLD)
             each[p.name.rpartition(".")[2]] = known
         out[free.name] = each
@@ -104,7 +104,7 @@ def _sigmas(contender: Contender) -> dict[str, float]:
         agreed = agreed_covariance(problem, fresh, contender.horizon)
     except InputError:
         fresh, agreed = contender.fit, np.zeros((len(point), len(point)))
-    # what is left follows itself in time; slopes are rough: the one or the other says more
+    # the greater of two: autocorrelation of the residuals, and the error of a Jacobian by differences
     spread = np.sqrt(np.maximum(np.diag(covariance_of(problem, fresh, contender.horizon)), np.diag(agreed)))
     sigmas = {p.name: float(s) * p.scale for p, s in zip(problem.shared, spread, strict=False)}
     values, _ = problem.values(point, 0)
@@ -115,7 +115,7 @@ def _sigmas(contender: Contender) -> dict[str, float]:
 
 
 def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float]:
-    """Return how far inexact laws put values of causes off, SI, standard deviations; not angles, nor sensors' errors."""
+    """Return the standard deviations of causes' values due to inexact laws, SI; angles and causes of sensors are left out."""
     out = {}
     for free in problem.free:
         if free.declared.acts_on_sensors:
@@ -129,9 +129,9 @@ def law_errors(problem: Problem, values: Mapping[str, float]) -> dict[str, float
 
 
 def _add_stated(sigmas: dict[str, float], values: Mapping[str, float], problem: Problem, free: FreeEffect) -> None:
-    """Widen what is known of an unbalance, or what else adds to a stated vector, by the tolerance of the machine's own there.
+    """Add the tolerance of a stated vector (the machine's own unbalance) to the standard deviations of an effect that adds to it.
 
-    The drops tell their sum only; slopes by differences, rough where contacts begin and end, seem to tell them apart.
+    Drops determine only the sum of both; a Jacobian by differences, rough where contacts begin and end, seems to separate them.
     """
     own = {p.name: p.sigma for p in problem.shared}
     amount, phase = (f"{free.name}.{of.name}" for of in free.declared.parameters[:2])
@@ -143,6 +143,6 @@ def _add_stated(sigmas: dict[str, float], values: Mapping[str, float], problem: 
 
 
 def _turned(free: FreeEffect, name: str, value: float) -> float:
-    """Return an angle within half of its period either way, other values as they are."""
+    """Return an angle reduced to within half its period of zero, other values unchanged."""
     of = free.declared.parameter(name.rpartition(".")[2])
     return math.remainder(value, 2 * math.pi / of.harmonic) if of.goes_round else value

@@ -1,7 +1,7 @@
-"""A cause of how the rotor slows: a ring that is hard to turn, sought where paths have long parted.
+"""A cause of the rotor's slowing: a ring that is hard to turn, sought after paths diverge.
 
-Up to the horizon it hardly acts.  So it is tried at sizes on a model that explains the drops so far, and what the shaft's
-angle leaves later is the judge; its proof is each drop in turn, with its size from the others.
+Up to the horizon it hardly acts.  So it is tried at several sizes in a model that explains the drops up to there, and judged by
+the later residual of the shaft's angle.  The proof is on each drop in turn, with the size that fits the others best.
 """
 
 from __future__ import annotations
@@ -32,30 +32,30 @@ from tdbmon.identify.slowing import Slowing, factors_of, slowing_misfit, slowing
 
 Array = NDArray[np.float64]
 
-_SHARES = np.geomspace(0.1, 6.4, 10).tolist()  # of the typical size, at which a cause is tried first
-# the same where the greatest of those is as good as any: a ring that is held stands still
+_SHARES = np.geomspace(0.1, 6.4, 10).tolist()  # first trial sizes, multiples of the typical one
+# further trial sizes where the greatest of those is as good as any, as for a ring that does not turn at all
 _GREATER = (10.0, 16.0, 25.0)
 _AS_GOOD = 4.0  # sum of squares beyond the least: two standard deviations
-_FINER = 8  # sizes tried between the neighbours of the best
-_NEAR = 2.0  # times what the best model leaves: a plain one that leaves more lacks something else
-_MAY_LEAVE = 0.5  # of what a model leaves of how the rotor slows, that a cause may leave of it
+_FINER = 8  # trial sizes between the neighbours of the best
+_NEAR = 2.0  # greatest misfit ratio of a plain model worth extending, in units of the best one's
+_MAY_LEAVE = 0.5  # share of the slowing's misfit that may remain with a cause
 
 
 @dataclass(frozen=True, eq=False)
 class Slowed:
-    """A model with a cause that shows in how the rotor slows, tried at sizes.
+    """A cause of the rotor's slowing, tried at several sizes in a model.
 
     Attributes
     ----------
     base : Contender
-        Without the cause.
+        The model without the cause.
     bare : tuple of Slowing
-        Its drops.
+        Slowing of the drops against `base`.
     suspect : Suspect
     sizes : (k,) array
-        SI, rising.
+        Trial sizes, SI, rising.
     trials : tuple of tuple of Slowing
-        The drops at each size.
+        Slowing of the drops at each size.
     """
 
     base: Contender
@@ -65,7 +65,7 @@ class Slowed:
     trials: tuple[tuple[Slowing, ...], ...]
 
     def best(self, drops: Sequence[int]) -> int:
-        """Return the trial that fits some drops best."""
+        """Return the index of the trial that fits some drops best."""
         return int(np.argmin([slowing_misfit([trial[d] for d in drops]) for trial in self.trials]))
 
     @property
@@ -80,24 +80,24 @@ class Slowed:
 
     @property
     def convincing(self) -> bool:
-        """True where the cause takes away half of what its base leaves, and is seen on drops held out."""
+        """True if the cause takes away half of the slowing's misfit, and held-out drops prove it."""
         return self.misfit < _MAY_LEAVE * slowing_misfit(self.bare) and self.proof().seen
 
     def contender(self) -> Contender:
-        """Return the model with the cause, its size known from how the rotor slows (raises InputError where impossible)."""
+        """Return the model with the cause, its size known from the slowing (raises InputError if it cannot be simulated)."""
         best = self.best(range(len(self.bare)))
         misfits = np.array([slowing_misfit(trial) for trial in self.trials])
-        # half as wide as what lies within two standard deviations of the best
+        # a quarter of the range of the sizes within two standard deviations of the best
         within = self.sizes[misfits <= misfits[best] + _AS_GOOD]
         spacing = float(np.max(np.diff(self.sizes[max(best - 1, 0) : best + 2])))
         sigma = max(float(np.ptp(within)) / 4, spacing / 2)
         size = self.suspect.sizes[0][0].name
         found = _refitted(self.base, self.suspect, Start({size: float(self.sizes[best])}, known={size: sigma}))
-        # up to the horizon the cause hardly acts: what the fit leaves more or less there is chance, another hollow
+        # the cause hardly acts up to the horizon: a change of misfit there is due to chance, another local minimum
         return replace(found, later=float(misfits[best]) + self.base.misfit - found.misfit)
 
     def proof(self) -> HeldOut:
-        """Return the proof on each drop in turn: size and factors of lag and drag are those of the other drops."""
+        """Return the proof on each drop in turn, with the size and the factors of lag and drag that fit the others best."""
         everything = range(len(self.bare))
         bare, wide, noise, without = [], [], [], []
         misfits = np.zeros(2)
@@ -132,7 +132,7 @@ class Slowed:
 
 
 def _refitted(base: Contender, suspect: Suspect, start: Start) -> Contender:
-    """Return a model with a cause that is known from the rest of the record, fitted to its horizon again.
+    """Return the model with a cause known from the rest of the record, refitted to its horizon.
 
     Raises
     ------
@@ -140,7 +140,7 @@ def _refitted(base: Contender, suspect: Suspect, start: Start) -> Contender:
         If it cannot be simulated.
     """
     found = with_cause(base, suspect, start)
-    # a ring that is held moves the late paths a little: they are found from the earlier ones on
+    # a ring that is hard to turn shifts the late paths a little: the fit follows them from earlier horizons on
     stages = base.problem.stages
     earlier = [each for each in stages.diagnosis if stages.followed <= each < base.horizon]
     for horizon in (*earlier, base.horizon):
@@ -149,13 +149,13 @@ def _refitted(base: Contender, suspect: Suspect, start: Start) -> Contender:
 
 
 def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
-    """Return a model with each of the suspects that act on how the rotor slows, tried at sizes.
+    """Return each suspect tried at several sizes in a model; nothing if the slowing of its drops is unknown.
 
     Parameters
     ----------
     base : Contender
-        Of its drops it must be known how they slow.
     suspects : sequence of Suspect
+        Those that act on the slowing.
     """
     bare = slowings_of(base)
     if bare is None:
@@ -163,7 +163,7 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
     found = []
     for suspect in suspects:
         first = _tried(base, suspect, _sizes(suspect, _SHARES))
-        if len(first) < 2:  # one size alone tells neither the best nor how well it is known
+        if len(first) < 2:  # a single size gives neither the best one nor its error
             continue
         misfits = [slowing_misfit(trial) for _, trial in first]
         if misfits[-1] <= min(misfits) + _AS_GOOD:
@@ -176,13 +176,13 @@ def slowed(base: Contender, suspects: Sequence[Suspect]) -> list[Slowed]:
 
 
 def _sizes(suspect: Suspect, shares: Sequence[float]) -> Array:
-    """Return a cause's size at shares of its typical one, rising, as far as its bounds let it."""
+    """Return sizes of a cause at shares of the typical one, rising, within its bounds."""
     size = suspect.sizes[0][0]
     return np.unique(np.clip([sized(size, share) for share in shares], size.low, size.high))
 
 
 def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float, tuple[Slowing, ...]]]:
-    """Return the sizes at which a cause could be simulated, with how the drops slow there."""
+    """Return the sizes at which a cause could be simulated, with the slowing of the drops at each."""
     size = suspect.sizes[0][0].name
     tasks = []
     for value in sizes:
@@ -195,10 +195,10 @@ def _tried(base: Contender, suspect: Suspect, sizes: Array) -> list[tuple[float,
 
 
 def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tuple[list[Contender], Slowed | None]:
-    """Return the models, the best first, with what they leave of how the rotor slows, and with a cause of it.
+    """Return the models with their misfit of the slowing, and those with a cause of it, the best first.
 
-    A model that does not explain the drops is no ground for it: then nothing is added.  The second value is what was tried
-    of the cause that the best model has, if it has one.
+    Nothing is added if the best model does not explain the drops.  The second value is the trials of the best model's slowing
+    cause, if it has one.
     """
     if field[0].ratio > EXPLAINED:
         return list(field), None
@@ -208,20 +208,20 @@ def with_slowing(field: Sequence[Contender], suspects: Sequence[Suspect]) -> tup
         return list(field), None
     judged.sort(key=lambda each: each.bic)
     base = next(each for each in judged if not _slows(each.causes))
-    # whatever else acts makes the simulated path one of more
+    # with each other cause the simulated path is less certain
     if (
         base.later < WORTH * (1 + len(base.causes))
         or len(base.causes) == MOST_CAUSES
         or len(base.problem.drops) < LEAST_DROPS
     ):
         return judged, None
-    # what such a cause does up to the horizon, another may have been taken for
+    # what such a cause does up to the horizon may have been taken for another cause
     plain = plain_of(judged)
     bases = [base, plain] if base.causes and plain.ratio < _NEAR * base.ratio else [base]
     grown: dict[str, Slowed] = {}
     found: list[Contender] = []
     for each in (tried for ground in bases for tried in slowed(ground, _slows(suspects))):
-        if not each.convincing:  # then it slows otherwise for another reason
+        if not each.convincing:  # the rotor slows otherwise for another reason then
             continue
         try:
             found.append(each.contender())

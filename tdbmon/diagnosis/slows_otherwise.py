@@ -1,4 +1,4 @@
-"""Whether a rotor slows otherwise than a model has it, and what that may be."""
+"""Whether a rotor slows otherwise than a model predicts, and possible reasons."""
 
 from __future__ import annotations
 
@@ -17,33 +17,36 @@ from tdbmon.diagnosis.contender import HARDLY, NEARLY, Contender
 from tdbmon.diagnosis.polar_inertia import polar_inertia
 from tdbmon.identify.slowing import Slowing, slowing_misfit, slowings_at, stated_drag_sigma
 
-_DRAG_SIGMA = 0.02  # of the drag, at least
+_DRAG_SIGMA = 0.02  # least relative standard deviation of the drag
 _AS_STATED = 1e-6  # the same of a drag that is held
-_TELLS = 0.05  # standard deviation of a polar inertia that is told, at most
-_AS_TURNED = 0.02  # how far off one may be that is confirmed
+_TELLS = 0.05  # greatest standard deviation at which a polar inertia counts as determined
+_AS_TURNED = 0.02  # greatest deviation from 1 of a confirmed polar inertia
 _LEAST_SLIPPING = 2  # windows of a drop in which its rings slip
-_PLAINLY, _CERTAINLY = 0.15, 5.0  # off 1, and in standard deviations: a factor of the lag that is told
+_PLAINLY, _CERTAINLY = (
+    0.15,
+    5.0,
+)  # deviation of the lag's factor from 1 that is reported; the same in standard deviations
 WORTH = 60.0  # sum of squares from which on a cause is sought
-_TAKES_AWAY = 0.25  # of what lag and drag leave, that a torque may leave: friction that ends with slip is none
-_PLAINLY_SLOWS = 2 * WORTH  # the same from which on it is the likeliest cause there is
+_TAKES_AWAY = 0.25  # share of the misfit that a torque may leave: friction, which ends with the slip, leaves more
+_PLAINLY_SLOWS = 2 * WORTH  # sum of squares above which another slowing is the likeliest cause
 
 
 def slows_otherwise(contender: Contender) -> bool:
-    """True where a rotor plainly slows otherwise than a model has it."""
+    """True if the rotor clearly slows otherwise than a model predicts."""
     slowings = slowings_of(contender)
     return slowings is not None and slowing_misfit(slowings) > _PLAINLY_SLOWS
 
 
 @dataclass(frozen=True)
 class SlowsOtherwise:
-    """How a rotor slows otherwise than a model has it.
+    """How a rotor slows otherwise than a model predicts.
 
     Attributes
     ----------
     remarks : tuple of str
-        What there is to say of it; empty where nothing is plain.
+        Empty if nothing is clear.
     driven : bool
-        Whether the drops slow as by a torque that acts from the release on.
+        Whether the drops slow as if by a torque that acts from the release on.
     """
 
     remarks: tuple[str, ...] = ()
@@ -51,7 +54,7 @@ class SlowsOtherwise:
 
 
 def slowing_beside(contender: Contender) -> SlowsOtherwise:
-    """Return how fast the rotor slows, where it is plainly not as simulated."""
+    """Return how the rotor slows, if that is clearly not as simulated."""
     slowings = slowings_of(contender)
     if slowings is None:
         return SlowsOtherwise()
@@ -59,7 +62,7 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
     torques = torques_beside_lag(slowings, contender)
     if torques is not None:
         return SlowsOtherwise((torque_in_words(torques, machine),), driven=not _is_drag(torques, machine))
-    if contender.ratio > NEARLY:  # contacts that are not as measured slow the shaft otherwise too
+    if contender.ratio > NEARLY:  # wrong contacts also change the slowing
         return SlowsOtherwise()
     factor, sigma = lag_beside_drag(slowings, machine)
     if abs(factor - 1) < max(_PLAINLY, _CERTAINLY * sigma):
@@ -74,7 +77,7 @@ def slowing_beside(contender: Contender) -> SlowsOtherwise:
 
 
 def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) -> str:
-    """Return what a factor of the lag speaks for and against: polar inertia, the rings' inertia, friction."""
+    """Return what speaks for and against each reason for a factor of the lag: polar inertia, the rings' inertia, friction."""
     inertia = float(contender.problem.model.arrays.spin[INERTIA])
     rotor = f"The rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
     told = polar_inertia(contender) if contender.ratio < HARDLY * contender.floor else None
@@ -105,7 +108,7 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
 
 
 def _while_rings_slip(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float] | None:
-    """Return the factor of the lag while all rings slip, and its standard deviation; None where too little is seen of that."""
+    """Return the factor of the lag while all rings slip, and its standard deviation; None if too uncertain."""
     early = [each.during(each.slips) for each in slowings if each.slips.sum() >= _LEAST_SLIPPING]
     if not early:
         return None
@@ -114,19 +117,19 @@ def _while_rings_slip(slowings: Sequence[Slowing], machine: Machine) -> tuple[fl
 
 
 def lag_beside_drag(slowings: Sequence[Slowing], machine: Machine) -> tuple[float, float]:
-    """Return the factor of the lag and its standard deviation, where the machine's drag may be off by its tolerance.
+    """Return the factor of the lag and its standard deviation, with the machine's drag free within its tolerance.
 
-    Some tens of milliseconds tell little of a decay of many seconds, and an error of it counts by the square of the time.
+    Some tens of milliseconds hardly determine a decay over many seconds, whose error grows with the square of time.
     """
     found, covariance, _ = _solved(slowings, _known_drag(machine), torques=False)
     return 1 + float(found[0]), math.sqrt(covariance[0, 0])
 
 
 def torques_beside_lag(slowings: Sequence[Slowing], contender: Contender) -> NDArray[np.float64] | None:
-    """Return the torque, N m, that slows each drop from the release on beside lag and drag; None where none is plain.
+    """Return the torque, N m, that slows each drop from the release on in addition to lag and drag; None without a clear one.
 
-    The lag behind a rotor that only coasts grows until the rings turn with the shaft, that of a torque by half the square of
-    the time.  A torque is plain where all drops have one of the same sign, and it takes away most of what is left without.
+    The lag by contacts grows until the rings turn with the shaft; that by a torque grows with the square of time.  A torque is
+    clear if it has the same sign in all drops and takes away most of the misfit.
     """
     machine = contender.problem.model.machine
     *_, without = _solved(slowings, _known_drag(machine), torques=False)
@@ -135,7 +138,7 @@ def torques_beside_lag(slowings: Sequence[Slowing], contender: Contender) -> NDA
     told = bool((rates > _CERTAINLY * sigmas).all() or (rates < -_CERTAINLY * sigmas).all())
     if not told or without < _PLAINLY_SLOWS or left > _TAKES_AWAY * without:
         return None
-    # beside the drag as the machine file has it: a torque that grows as the rotor slows would else pass for more of it, less drag
+    # with the drag held as stated: else a torque that grows as the rotor slows would pass for a greater one with less drag
     rates = _solved(slowings, _AS_STATED, torques=True)[0][2:]
     return rates * float(contender.problem.model.arrays.spin[INERTIA])
 
@@ -143,9 +146,9 @@ def torques_beside_lag(slowings: Sequence[Slowing], contender: Contender) -> NDA
 def _solved(
     slowings: Sequence[Slowing], drag_sigma: float, torques: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Return what lag and drag are off by, and each drop's rate of slowing beside them, rad/s^2, where `torques` are asked for.
+    """Fit the relative errors of lag and drag and, with `torques`, a further deceleration of each drop, rad/s^2.
 
-    With their covariance, and the sum of squares that is left, what is known of the drag included.
+    Returns these with their covariance and the remaining sum of squares, the prior of the drag included.
     """
     columns = ("lag", "drag", "held", "left", "sigma")
     lag, drag, held, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in columns)
@@ -160,7 +163,7 @@ def _solved(
 
 
 def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
-    """Return what torques of `torques_beside_lag`, N m, may be, in words."""
+    """Return possible reasons for the torques of `torques_beside_lag`, N m, in words."""
     low, high = sorted((float(np.abs(torques).min()), float(np.abs(torques).max())))
     size = f"{low:.2g} to {high:.2g} N m" if f"{low:.2g}" != f"{high:.2g}" else f"{high:.2g} N m"
     if _is_drag(torques, machine):
@@ -182,15 +185,15 @@ def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
 
 
 def _is_drag(torques: NDArray[np.float64], machine: Machine) -> bool:
-    """True where what slows the shaft may be its drag, of which the machine file says nothing."""
+    """True if the torque may be drag, for which the machine file states no decay time."""
     return bool(torques[0] > 0) and machine.rotor.speed_decay_time is None
 
 
 def _known_drag(machine: Machine) -> float:
-    """Return the standard deviation of a rotor's drag beside that of the fit, as a share of it."""
+    """Return the prior relative standard deviation of the rotor's drag."""
     return max(stated_drag_sigma(machine), _DRAG_SIGMA)
 
 
 def slowings_of(contender: Contender) -> tuple[Slowing, ...] | None:
-    """Return how all drops slow as a model has it; None where that of one is not known."""
+    """Return the slowing of all drops against a model; None if that of one is unknown."""
     return slowings_at(contender.problem, contender.fit.point, contender.horizon)
