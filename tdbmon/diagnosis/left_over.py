@@ -1,4 +1,4 @@
-"""What a fitted model leaves of the drops: where it stands out of the noise, and when."""
+"""Residuals of a fitted model: where and when they exceed the noise, and at which frequencies."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from tdbmon.identify.noise import Noise
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_SHORTEST = 50  # samples of a spectrum: with fewer a line is as broad as the spectrum
+_SHORTEST = 50  # least number of samples of a spectrum: with fewer a line is as broad as the spectrum
 PHASES = ("levitated", "fall", "first contact", "after")
 DIRECTIONS = ("x", "y", "radial", "tangential")
 
@@ -36,22 +36,22 @@ class LeftOver:
     name : str
         The record's file.
     time : (k,) array
-        s after the release, as the model has it.
+        s after the release of the fitted model.
     probes : tuple of Probe
     noise : tuple of Noise
-        A probe each.
+        One per probe.
     measured, simulated : (p, k) arrays
-        Readings, m; measured ones are NaN where they are missing.
+        Readings, m; NaN where a measured one is missing.
     axes : (p, p) complex array
-        Motions x + i y in the probes' planes to readings, as the model has the probes (see `seen_along`).
+        Matrix from motions x + i y in the probes' planes to readings (see `seen_along`).
     to_ends : (2, p) complex array
-        Readings to x + i y at the two ends; nothing where `sees_ends` is False.
+        Matrix from readings to x + i y at the two ends; zeros if `sees_ends` is False.
     place : (2, k) complex array
-        Simulated shaft centre at the ends, from the bearings' centres, m.
+        Simulated shaft centre at the ends, relative to the bearings' centres, m.
     force : (2, k) complex array
         Simulated force of the ring on the rotor, N.
     touch : tuple of pair or None
-        First contact of each end as simulated, begin and end in s; None where there is none.
+        Begin and end of the first simulated contact of each end, s; None without one.
     omega : float
         rad/s, negative clockwise.
     motion : Trajectory
@@ -83,23 +83,23 @@ class LeftOver:
 
     @property
     def filled(self) -> Array:
-        """The residual with 0 where nothing was measured: nothing is missing there that anybody saw."""
+        """The residual with 0 where nothing was measured."""
         return np.nan_to_num(self.residual, nan=0.0)
 
     @property
     def whitened(self) -> Array:
-        """The residual in units of the white noise; NaN where a sample or one before it, that its noise follows, is missing."""
+        """The residual whitened, in units of the noise; NaN where a sample, or one before it that the filter uses, is missing."""
         rows = zip(self.residual, self.noise, strict=True)
         return np.array([noise.whiten(row) for row, noise in rows])
 
     @property
     def sees_ends(self) -> bool:
-        """True where the probes tell both directions at both ends."""
+        """True if the probes determine both directions at both ends."""
         return bool(self.to_ends.any())
 
     @property
     def complete(self) -> NDArray[np.bool_]:
-        """True from the release on where all probes were read: without one the others do not tell the directions."""
+        """True from the release on where all probes were read; all are needed to determine the directions."""
         return (self.time >= 0) & np.isfinite(self.measured).all(axis=0)
 
     @property
@@ -109,7 +109,7 @@ class LeftOver:
 
     @property
     def noise_at_ends(self) -> Array:
-        """Standard deviation of the noise of x and y there (2, 2), m."""
+        """Standard deviation of the noise of x and y at the ends (2, 2), m."""
         sigma = np.array([each.sigma for each in self.noise])
         return np.sqrt(np.stack([self.to_ends.real**2, self.to_ends.imag**2], axis=1) @ sigma**2)
 
@@ -124,7 +124,7 @@ class LeftOver:
 
 
 def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
-    """Return what a fitted model leaves of each drop.
+    """Return the residuals of a fitted model in each drop.
 
     Parameters
     ----------
@@ -135,7 +135,7 @@ def left_over(contender: Contender, horizon: float) -> tuple[LeftOver, ...]:
     Raises
     ------
     InputError
-        If the model cannot be simulated so far.
+        If the model cannot be simulated to the horizon.
     """
     return tuple(_of_drop(contender, drop, horizon) for drop in range(len(contender.problem.drops)))
 
@@ -166,9 +166,9 @@ def _of_drop(contender: Contender, drop: int, horizon: float) -> LeftOver:
 
 
 def seen_along(probes: Sequence[Probe], chain: SensorChain) -> Complex:
-    """Return the matrix (probes, probes) from motions x + i y in the probes' planes to readings, its product's real part.
+    """Return the complex matrix (probes, probes); readings are the real part of its product with x + i y in the probes' planes.
 
-    With angles, gains and leaks as a model has them; how late a channel is does not count.
+    It contains a model's probe angles, gains and crosstalk, but no delays of channels.
     """
     links = [chain.of(probe.name) for probe in probes]
     alone = [
@@ -183,14 +183,14 @@ def seen_along(probes: Sequence[Probe], chain: SensorChain) -> Complex:
 
 
 def to_ends(machine: Machine, probes: Sequence[Probe], axes: Complex) -> Complex:
-    """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros where they do not tell.
+    """Return the matrix (2, probes) from readings to x + i y at the ends of a straight shaft; zeros if undetermined.
 
     Parameters
     ----------
     machine : Machine
     probes : sequence of Probe
     axes : (probes, probes) complex array
-        As `seen_along` has it.
+        From `seen_along`.
     """
     design = straight_shaft(machine, probes, axes)
     if np.linalg.matrix_rank(design, tol=1e-3) < 4:
@@ -207,7 +207,7 @@ def _forces(motion: Trajectory) -> Complex:
 
 
 def _first(time: Array, pressed: NDArray[np.bool_]) -> tuple[float, float] | None:
-    """Return when the first stretch of contact begins and ends; shorter breaks than `NOISE_S` are none."""
+    """Return begin and end of the first contact; breaks shorter than `NOISE_S` do not end it."""
     at = time[pressed & (time > 0)]
     if not at.size:
         return None
@@ -216,7 +216,7 @@ def _first(time: Array, pressed: NDArray[np.bool_]) -> tuple[float, float] | Non
 
 
 def by_phase(drops: Sequence[LeftOver], machine: Machine) -> dict[str, Array]:
-    """Return the whitened rms of each probe in the phases of its end, (4,); NaN where there is no sample."""
+    """Return the whitened rms of each probe in each of the `PHASES` of its end, (4,); NaN without samples."""
     out = {}
     for name in dict.fromkeys(probe.name for drop in drops for probe in drop.probes):
         squares: list[list[float]] = [[] for _ in PHASES]
@@ -232,11 +232,10 @@ def by_phase(drops: Sequence[LeftOver], machine: Machine) -> dict[str, Array]:
 
 
 def by_direction(drops: Sequence[LeftOver]) -> Array:
-    """Return the rms at each end in `DIRECTIONS` over that of the noise, from the release on, (2, 4).
+    """Return the rms of the residual at each end in `DIRECTIONS`, over that of the noise, from the release on, (2, 4).
 
-    Radial is away from the bearing's centre as the simulated shaft stands, tangential a quarter turn counter-clockwise from
-    there.  Drops whose probes do not tell the directions are left out, and samples that one of them lacks;
-    NaN where nothing is left.
+    Radial points from the bearing's centre to the simulated shaft, tangential a quarter turn counter-clockwise from there.  Drops
+    whose probes do not determine the directions are left out, and samples that one probe lacks; NaN if none is left.
     """
     squares: list[Array] = []
     for drop in drops:
@@ -268,9 +267,9 @@ class Line:
     order : float or None
         The same in multiples of the rotation; None at standstill.
     amplitude, noise : float
-        0-pk of the whirling part, and the rms that noise alone would show there, m.
+        0-pk of the whirl, and the rms of noise alone there, m.
     resolution : float
-        Hz; what is nearer together is not told apart.
+        Hz; closer lines are not resolved.
     """
 
     drop: str
@@ -283,12 +282,12 @@ class Line:
 
     @property
     def order_words(self) -> str:
-        """How many times the speed its frequency is, or a dash."""
+        """Its frequency in multiples of the rotation as text, or a dash."""
         return f"{abs(self.order):.2f}" if self.order is not None else "–"
 
     @property
     def words(self) -> str:
-        """The frequency and its sense: ``46 Hz forward``."""
+        """Its frequency and sense: ``46 Hz forward``."""
         if self.frequency == 0:
             return "0 Hz (offset)"
         return f"{abs(self.frequency):.0f} Hz {'forward' if self.frequency > 0 else 'backward'}"
@@ -306,11 +305,11 @@ class Spectrum:
     frequency : (n,) array
         Hz, rising; positive is forward, with the rotation.
     amplitude, noise : (n,) arrays
-        0-pk, and the rms that noise alone would show, m.
+        0-pk, and the rms of noise alone, m.
     threshold : float
-        Times the noise, which noise alone passes at any frequency in one spectrum of a hundred.
+        Multiple of the noise that noise alone exceeds somewhere in one of a hundred spectra.
     resolution : float
-        Hz; what is nearer together is not told apart.
+        Hz; closer lines are not resolved.
     """
 
     drop: str
@@ -323,7 +322,7 @@ class Spectrum:
     resolution: float
 
     def lines(self, most: int = 3) -> list[Line]:
-        """Return the highest peaks that noise does not explain, the highest first."""
+        """Return the highest peaks above the threshold, the highest first."""
         a = self.amplitude
         peak = np.zeros(len(a), dtype=bool)
         peak[1:-1] = (a[1:-1] > a[:-2]) & (a[1:-1] >= a[2:]) & (a[1:-1] > self.threshold * self.noise[1:-1])
@@ -339,11 +338,11 @@ class Spectrum:
 
 
 def spectra(drop: LeftOver, machine: Machine) -> list[Spectrum]:
-    """Return the full spectra of what is left of a drop at both ends; none where the probes do not tell the directions.
+    """Return the full spectra of a drop's residual at both ends; none if the probes do not determine the directions.
 
-    Of the longest stretch from the release on in which all were read: samples that are missing are no residual of nought.
-    Hann window; noise as the autoregressive model of the levitated stretch has it (G. E. P. Box, G. M. Jenkins,
-    G. C. Reinsel, Time Series Analysis, sec. 6.3), whose periodogram is exponentially distributed about its mean.
+    Taken over the longest stretch after the release in which all probes were read, since a missing sample is no zero residual.
+    Hann window; noise by the autoregressive model of the levitated stretch (G. E. P. Box, G. M. Jenkins, G. C. Reinsel, Time
+    Series Analysis, sec. 6.3), whose periodogram is exponentially distributed about its mean.
     """
     runs = np.ma.clump_unmasked(np.ma.masked_array(drop.time, ~drop.complete))
     longest = max(runs, key=lambda run: run.stop - run.start, default=slice(0))

@@ -1,11 +1,10 @@
 """What has changed since earlier drops of the machine.
 
-The earlier drops, the reference, are diagnosed first.  What they show already is no news: the causes that were named there,
-or the likeliest of those that could not be told apart, stand in the model with which the diagnosis of the later drops
-begins.  Beside what is then named, values of the machine that moved from the one fit to the other are listed: a clearance
-that wore, a friction that rose, within what the machine file allows.  A value that went far beyond that is first taken for a
-wrong entry of the file; but where the earlier drops fit the file, it is the machine that has changed, and the later drops are
-diagnosed once more with that value as they want it.
+The earlier drops, the reference, are diagnosed first.  Causes named there, or the likeliest of an ambiguous set, stand in the
+plain model of the later drops, so that a cause named then is new.  Values of the machine that moved between the two fits within
+their tolerances are listed too, such as a worn clearance or a risen friction.  A value far beyond its tolerance looks like a
+wrong entry of the machine file; but if the earlier drops fit the file, the machine has changed, and the later drops are diagnosed
+once more with the value that fits them.
 """
 
 from __future__ import annotations
@@ -33,22 +32,22 @@ from tdbmon.record.same_samples import same_samples
 
 Values = Mapping[str, Estimate]
 
-APART = 3.0  # combined half widths of the intervals, from which on a value has changed; they are known to be too narrow
-# of the standard deviation that a tolerance stands for, which is half of it; less is not told, for that reason
+APART = 3.0  # combined half widths of the intervals beyond which a value has changed; the intervals are too narrow
+# least change that is listed, in standard deviations of the prior, each half of a tolerance: intervals are too narrow
 LEAST = 1.0
-CLEARANCE_LEAST = 2.0  # the same of a ball clearance, which two drops know worst
-_SMALLEST = 0.25  # of what is told, below which fits of one condition differ
-_MADE_UP_FOR = 0.5  # of a change, that its counterpart must leave of it
+CLEARANCE_LEAST = 2.0  # the same for a ball clearance, which drops determine worst
+_SMALLEST = 0.25  # share of the least change above which a remark is made; fits of one condition differ by less
+_COMPENSATED = 0.5  # share of the greater of two changes below which their sum counts as compensated
 
 
 @dataclass(frozen=True)
 class Change:
-    """A value of the machine before and since.
+    """A value of the machine in the earlier and in the later drops.
 
     Attributes
     ----------
     name : str
-        As in the calibration: ``"DE.friction"``.
+        Such as ``"DE.friction"``.
     before, since : Estimate
     """
 
@@ -59,20 +58,20 @@ class Change:
 
 @dataclass(frozen=True, eq=False)
 class Reference:
-    """The earlier drops, and what differs since.
+    """The earlier drops, and the changes since.
 
     Attributes
     ----------
     before : Diagnosis
         Of the earlier drops alone.
     changes : tuple of Change
-        Those far beyond their tolerance first, then the greatest in units of its intervals.
+        Those beyond their tolerance first, then by size in units of their intervals.
     remarks : tuple of str
-        What the earlier drops lack and could not settle, and which values differ by less than is told for a change.
+        Faults of the earlier drops, what they leave open, and differences too small to count as changes.
     not_compared : str
-        Which values could not be compared, and why; empty where all were.
+        Which values could not be compared, and why; empty if all were.
     compares : bool
-        False where none could be, since a fit does not follow its drops or the machine file gives no value a tolerance.
+        False if none could be, since a fit does not follow its drops or the machine file states no tolerance.
     """
 
     before: Diagnosis
@@ -95,9 +94,9 @@ def diagnose_since(
     ----------
     machine : Machine
     reference, records : sequence of Dataset
-        Earlier drops, in one condition, and the later ones; as `tdbmon.record.read.read` gives them.
+        Earlier drops, in one condition, and the later ones, as from `tdbmon.record.read.read`.
     progress : callable
-        Is told each step as it begins.
+        Called with the name of each step as it begins.
     workers : int
         Processes that take part.
 
@@ -112,7 +111,7 @@ def diagnose_since(
     InputError
         If a record is in both, or a diagnosis is impossible.
     """
-    # by content: folders of different years often hold the same names, and one drop has many formats
+    # by content: folders of different years often use the same file names, and a drop may be in several formats
     earlier = [assign(each, machine) for each in reference]
     for record in records:
         laid = assign(record, machine)
@@ -130,14 +129,15 @@ def diagnose_since(
 
 
 def follows(diagnosis: Diagnosis) -> bool:
-    """True where the fit whose values are told follows its drops: else they say nothing of the machine."""
+    """True if the fit follows its drops; else its values say nothing of the machine."""
     return diagnosis.verdict.kind is not Kind.UNKNOWN or diagnosis.plain.ratio <= EXPLAINED
 
 
 def beside(wanted: Collection[str], since: Diagnosis) -> Diagnosis:
-    """Return what later drops show beside values that have changed, in whose model these stand as the drops want them.
+    """Return the diagnosis of the later drops, made with changed values in the model, with these in its verdict.
 
-    Where nothing else is missing the verdict is unknown still: more is than tolerances allow, and no effect stands for it.
+    If nothing else is missing the verdict is unknown all the same: the change exceeds the tolerances, and no effect of the
+    catalogue stands for it.
     """
     names, verdict = " and ".join(wanted), since.verdict
     if verdict.kind is not Kind.NONE:
@@ -152,15 +152,15 @@ def beside(wanted: Collection[str], since: Diagnosis) -> Diagnosis:
 
 
 def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapping[str, float]) -> Reference:
-    """Return what differs between two diagnoses of a machine.
+    """Return the changes between two diagnoses of a machine.
 
     Parameters
     ----------
     machine : Machine
-        As its file has it.
+        As in its file.
     before, since : Diagnosis
     wanted : mapping of float
-        Values (SI, by name) that have changed beyond their tolerances, as the first contacts since tell them.
+        Values (SI, by name) that have changed beyond their tolerances, by the first contacts of the later drops.
     """
     jumps, remarks = tuple(_jumps(machine, before, since, wanted)), (*_of_records(before), *_remarks(before))
     lost = {"reference": before, "later": since}
@@ -181,9 +181,9 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
 
 
 def standing(before: Diagnosis) -> list[Effect]:
-    """Return the causes of the likeliest model that the earlier drops accuse, at their values; none where they accuse none.
+    """Return the causes of the first accused model of the earlier drops, at their fitted values; nothing without one.
 
-    But not those with an angle or a number of their own in every drop: the later drops have others.
+    Causes with an angle or a number of their own in every drop are left out, since the later drops have others.
     """
     if not before.verdict.accused:
         return []
@@ -193,7 +193,7 @@ def standing(before: Diagnosis) -> list[Effect]:
 
 
 def _of_records(before: Diagnosis) -> tuple[str, ...]:
-    """Return what the reference drops lack, said of them: of a drop by its name, of all of them as those of the reference."""
+    """Return the remarks on the reference drops; those that name no drop say that they concern the reference."""
     names = tuple(f"{drop.name}: " for drop in before.plain.problem.drops)
     return tuple(each if each.startswith(names) else f"of the reference drops: {each}" for each in before.remarks)
 
@@ -221,7 +221,7 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
 
 
 def _left_open(verdict: Verdict) -> Iterator[str]:
-    """Say which of several causes stands in the model of the later drops, where the earlier ones cannot decide."""
+    """Say which of several causes stands in the model of the later drops, if the earlier ones leave that open."""
     first, *others = dict.fromkeys(each.words for each in verdict.accused)
     others += [each.words for each in verdict.alike]
     if verdict.or_nothing:
@@ -234,20 +234,20 @@ def _left_open(verdict: Verdict) -> Iterator[str]:
 
 
 def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ...]:
-    """Return the values of the machine that differ between two fits by more than their intervals allow.
+    """Return the values of the machine that changed between two fits by more than their intervals and the least change listed.
 
     Parameters
     ----------
     machine : Machine
-        Its tolerances say how well a value was known beforehand.
+        Its tolerances determine the least change.
     before, since : mapping of Estimate
-        As `tdbmon.diagnosis.sizes.sizes_of` gives them.
+        As from `tdbmon.diagnosis.sizes.sizes_of`.
     """
     return tuple(change for change, size, least in _apart(machine, before, since) if size > least)
 
 
 def smaller(machine: Machine, before: Values, since: Values, changed: Collection[str] = ()) -> tuple[str, ...]:
-    """Say which values differ by more than their intervals and less than a change that is told, beside those told already."""
+    """Return remarks on values that differ by more than their intervals but less than the least change, `changed` left out."""
     return tuple(
         f"{change.name} differs too, {words(change.before)} before and {words(change.since)} since, by"
         f" {short(Estimate(size, unit=change.before.unit))}: no change is told below"
@@ -259,27 +259,27 @@ def smaller(machine: Machine, before: Values, since: Values, changed: Collection
 
 
 def _apart(machine: Machine, before: Values, since: Values) -> list[tuple[Change, float, float]]:
-    """Return the values that differ by more than their intervals, with the difference and the least that is told."""
+    """Return the values that differ by more than their intervals, with the difference and the least change that is listed."""
     found = []
     for own in machine_parameters(machine):
         pair = before[own.name], since[own.name]
         (x, half), (y, other) = map(_value_and_half_width, pair)
         apart = abs(y - x) / max(math.hypot(half, other), 1e-300)
-        inside = not any(own.at_bound(value) for value in (x, y))  # there a value has no interval
+        inside = not any(own.at_bound(value) for value in (x, y))  # a value at its bound has no interval
         least = CLEARANCE_LEAST if own.name.endswith(".diametral_clearance") else LEAST
-        if inside and apart > APART and not _made_up_for(own.name, before, since):
+        if inside and apart > APART and not _compensated(own.name, before, since):
             found.append((apart, (Change(own.name, *pair), abs(y - x), least * own.scale)))
     return [each for _, each in sorted(found, key=lambda each: -each[0])]
 
 
-def _made_up_for(name: str, before: Values, since: Values) -> bool:
-    """True for a gap or a ball clearance whose change the other makes up for: drops tell where the balls are met, their sum."""
+def _compensated(name: str, before: Values, since: Values) -> bool:
+    """True for a gap or a ball clearance whose change the other compensates for: drops determine their sum."""
     end, _, field = name.rpartition(".")
     pair = (f"{end}.radial_gap", 1.0), (f"{end}.diametral_clearance", 0.5)
     if field not in ("radial_gap", "diametral_clearance") or any(each not in before for each, _ in pair):
         return False
     parts = [share * ((since[each].value or 0.0) - (before[each].value or 0.0)) for each, share in pair]
-    return abs(sum(parts)) < _MADE_UP_FOR * max(map(abs, parts))
+    return abs(sum(parts)) < _COMPENSATED * max(map(abs, parts))
 
 
 def _jumps(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapping[str, float]) -> Iterator[Change]:
@@ -291,7 +291,7 @@ def _jumps(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mappin
 
 
 def _edges(machine: Machine, before: Values, since: Values, changed: Collection[str] = ()) -> str:
-    """Say which values went as far as their tolerance lets them, in either fit, beside those that are known to have changed."""
+    """Say which values ran to the edge of their tolerance in either fit, `changed` left out."""
     found = []
     for own in (each for each in machine_parameters(machine) if each.name not in changed):
         fits = {"reference": before[own.name], "later": since[own.name]}

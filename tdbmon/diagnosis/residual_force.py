@@ -1,13 +1,13 @@
-"""The force that is missing at the touchdown bearings: put onto the model's rotor there, it makes it follow the record.
+"""The residual force at the touchdown bearings: with it, the model's rotor would follow the record.
 
-The rotor between its contacts is linear: rigid and bending modes with the gyroscopic coupling of the drop's speed.  So the
-readings that a force at the two ends would add are linear in its values at instants `STEP_S` apart, joined by straight
-lines.  They are fitted to what the model leaves, whitened with the noise, together with the error of the state at the
-release.  Beforehand the force is a random walk (W. Gersch, G. Kitagawa, J. Business Econ. Statist. 2 (1984) 253) whose
-step is the likeliest for the residual at hand (D. J. C. MacKay, Neural Computation 4 (1992) 415).
+Between contacts the rotor is linear: rigid and bending modes with the gyroscopic coupling at the drop's speed.  So the readings
+that a force at the two ends would add are linear in its values at instants `STEP_S` apart, interpolated linearly.  These are
+fitted to the whitened residuals together with the error of the state at the release.  Prior of the force: a random walk
+(W. Gersch, G. Kitagawa, J. Business Econ. Statist. 2 (1984) 253) with the step of maximum evidence (D. J. C. MacKay, Neural
+Computation 4 (1992) 415).
 
-The force is counted from that of the simulation on its own path.  Up to the first contact nothing but a missing effect
-(or noise) can make one; after it also a simulation that bounces elsewhere does.
+The force is relative to that of the simulation on its own path.  Before the first contact only a missing effect (or noise) makes
+one; after it, so does a simulation that bounces elsewhere.
 """
 
 from __future__ import annotations
@@ -28,26 +28,26 @@ from tdbmon.identify.prediction import shapes_at
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-STEP_S = 4e-4  # between the instants: a contact lasts some of them
-_STEPS = np.geomspace(1.0, 3e4, 19)  # N, which are tried; the least keeps the band honest where there is noise alone
-_START = 10.0  # times a step: what may act at the release already
-_STATE_SIGMA = (2e-5, 5e-3)  # m and m/s, of the rigid state at the release beyond what was fitted
+STEP_S = 4e-4  # interval of the force's values: a contact lasts several
+_STEPS = np.geomspace(1.0, 3e4, 19)  # N, steps of the walk that are tried; the least bounds the band from below
+_START = 10.0  # prior standard deviation of the force at the release, in steps
+_STATE_SIGMA = (2e-5, 5e-3)  # m and m/s, prior standard deviations of the error of the rigid state at the release
 
 
 @dataclass(frozen=True)
 class Summary:
-    """The missing force at one end over some time.
+    """The residual force at one end over some time.
 
     Attributes
     ----------
     rms, band : float
-        Of its length, and of the half-width of its 95 % interval, N.
+        rms of its magnitude, and of the half-width of its 95 % interval, N.
     mean : complex
         x + i y, N.
     axis : float
-        Of the line that it acts along most, rad from +x towards +y, -pi/2 to pi/2.
+        Its principal direction, rad from +x towards +y, -pi/2 to pi/2.
     straight : float
-        1 where it acts along that line alone, 0 where it has no line (it turns in a circle, or comes from all sides).
+        1 if it acts along that direction only, 0 if along none (it rotates, or comes from all sides).
     """
 
     rms: float
@@ -59,7 +59,7 @@ class Summary:
 
 @dataclass(frozen=True, eq=False)
 class ResidualForce:
-    """The missing force of one drop.
+    """The residual force of one drop.
 
     Attributes
     ----------
@@ -70,14 +70,13 @@ class ResidualForce:
     force : (2, k) complex array
         F_x + i F_y on the rotor at the two ends, N.
     band : (2, 2, k) array
-        Half-width of the 95 % interval of x and y, N: what the probes' noise leaves open.
+        Half-width of the 95 % interval of x and y due to the probes' noise, N.
     place : (2, k) complex array
-        Where the shaft stood, from the bearing's centre, m: the simulation's place and what the record adds to it, where it
-        has all probes.
+        Shaft centre relative to the bearing's, m: simulated, plus the residual where all probes were read.
     simulated : (2, k) complex array
         Force of the ring on the rotor in the simulation, N.
     step : float
-        The likeliest step of the random walk, N: it bounds how fast the force may change.
+        Step of the random walk of maximum evidence, N, which limits how fast the force may change.
     """
 
     drop: str
@@ -90,12 +89,12 @@ class ResidualForce:
 
     @property
     def fall(self) -> NDArray[np.bool_]:
-        """True before the simulation's first contact at either end, less a step: no contact is in it, (k,)."""
+        """True up to one step before the simulation's first contact at either end, (k,)."""
         pressed = np.flatnonzero((np.abs(self.simulated) > 0).any(axis=0))
         return np.arange(len(self.time)) < (pressed[0] - 1 if pressed.size else len(self.time))
 
     def summary(self, end: int, within: NDArray[np.bool_]) -> Summary | None:
-        """Return what the force at an end comes to within some instants; None where there are none."""
+        """Return the summary of the force at an end over some instants; None without any."""
         if not within.any():
             return None
         force, band = self.force[end, within], self.band[end][:, within]
@@ -110,13 +109,13 @@ class ResidualForce:
 
     @property
     def stands_out(self) -> Array:
-        """Share of the time in which the force is outside its band, at each end, (2,)."""
+        """Share of time in which the force exceeds its band, at each end, (2,)."""
         parts = np.stack([self.force.real, self.force.imag], axis=1)
         return np.asarray(np.mean((np.abs(parts) > self.band).any(axis=1), axis=1))
 
 
 def residual_force(drop: LeftOver) -> ResidualForce:
-    """Return the force at both ends that explains what a model leaves of a drop after the release.
+    """Return the force at both ends that explains the residual of a drop after the release.
 
     Parameters
     ----------
@@ -137,7 +136,7 @@ def residual_force(drop: LeftOver) -> ResidualForce:
     target = _white(drop.filled[:, first:, None], drop)[:, 0]
     walk = _white(columns.reshape(len(drop.probes), len(time), -1), drop)
     step, values, covariance = _likeliest(walk, _white(rigid.reshape(len(drop.probes), len(time), -1), drop), target)
-    # the walk's steps summed up: from (end, direction, step) to (end, direction, instant)
+    # cumulative sum of the walk: from (end, direction, step) to (end, direction, instant)
     total = np.tril(np.ones((ramps + 1, ramps + 1)))
     total[:, 0] = _START
     force = values.reshape(2, 2, ramps + 1) @ total.T
@@ -159,9 +158,9 @@ def residual_force(drop: LeftOver) -> ResidualForce:
 def responses(
     model: DropModel, omega: float, positions: tuple[float, ...], interval: float, stride: int, count: int
 ) -> tuple[Complex, Complex, Complex]:
-    """Return how the free rotor moves at some positions, x + i y, m.
+    """Return responses of the free rotor at some positions, x + i y, m.
 
-    With p = x + i y both planes are one: q'' + (D - i omega G) q' + K q = S^T F.
+    In x + i y both planes have one equation: q'' + (D - i omega G) q' + K q = S^T F.
 
     Parameters
     ----------
@@ -173,14 +172,14 @@ def responses(
     interval : float
         s between samples.
     stride, count : int
-        Samples that the force rises for, and samples returned.
+        Samples during which the force rises, and samples returned.
 
     Returns
     -------
     ramp, jump : (r, count, 2) complex arrays
-        To a force along x at each end that rises from 0 to 1 N within `stride` samples and stays, and to one of 1 N.
+        To a force along x at each end that rises from 0 to 1 N within `stride` samples and stays, and to a step of 1 N.
     state : (r, count, 4) complex array
-        To 1 m at the first end along x, 1 m/s there, and the same at the second end, of the rotor as a straight body.
+        To an initial 1 m along x at the first end, 1 m/s there, and the same at the second end, of the rotor as a straight body.
     """
     arrays, n = model.arrays, model.n
     system = np.zeros((2 * n, 2 * n), dtype=complex)
@@ -210,15 +209,15 @@ def responses(
 
 
 def _seen(motion: Complex, drop: LeftOver) -> Array:
-    """Return what the probes read of motions x + i y (p, count, c), and of the same turned from x to y, (p, count, c, 2)."""
+    """Return the readings of motions x + i y (p, count, c), and of the same turned from x to y, (p, count, c, 2)."""
     seen = np.tensordot(drop.axes, motion, axes=1)
     return np.stack([seen.real, -seen.imag], axis=-1)
 
 
 def _white(columns: Array, drop: LeftOver) -> Array:
-    """Return columns (p, count, c) of readings from the release on as multiples of white noise, (rows, c).
+    """Return columns (p, count, c) of readings from the release on, whitened, in units of the noise, (rows, c).
 
-    Each probe's first samples go, and those that are missing or follow one that is.
+    Left out are each probe's first samples, and those that are missing or follow a missing one within the filter.
     """
     rows = []
     there = np.isfinite(drop.whitened[:, -columns.shape[1] :])
@@ -229,10 +228,9 @@ def _white(columns: Array, drop: LeftOver) -> Array:
 
 
 def _likeliest(walk: Array, state: Array, target: Array) -> tuple[float, Array, Array]:
-    """Return the likeliest step of the walk, the steps' means and their covariance, for readings in units of the noise.
+    """Return the step of maximum evidence, and means and covariance of the walk's increments, for readings in units of noise.
 
-    All unknowns are Gaussian beforehand: the walk's steps with the same width, the state with its own of 1, which is
-    integrated out.
+    Gaussian priors: the same width for all increments, 1 for the state, which is integrated out.
     """
     factor = cho_factor(np.eye(state.shape[1]) + state.T @ state)
     taken = cho_solve(factor, state.T @ np.column_stack([walk, target]))
@@ -240,7 +238,7 @@ def _likeliest(walk: Array, state: Array, target: Array) -> tuple[float, Array, 
     product = walk.T @ target - walk.T @ state @ taken[:, -1]
     values, vectors = np.linalg.eigh((square + square.T) / 2)
     values, along = np.maximum(values, 0.0), vectors.T @ product
-    # log of the evidence but for what all widths share
+    # log of the evidence, up to terms common to all widths
     evidence = [np.sum(along**2 / (values + w**-2)) - np.sum(np.log1p(values * w**2)) for w in _STEPS]
     width = float(_STEPS[int(np.argmax(evidence))])
     covariance = (vectors / (values + width**-2)) @ vectors.T

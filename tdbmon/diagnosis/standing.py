@@ -1,8 +1,8 @@
-"""Which effects that a machine file carries can stand in the model of several drops.
+"""Which effects of a machine file can stand in the model of several drops.
 
-An angle that differs from drop to drop (lobes, waves and runout that turn with what they are on) is in the file as one drop had
-it.  In the others such an effect would be put on at a wrong angle, and its like could be no suspect there either.  So it is
-sought anew.  A ball's number stays: it counts from the cage's angle, which is fitted to each drop all round.
+An angle that differs from drop to drop (lobes, waves and runout that turn with what they are on) is in the file as it was in one
+drop.  In other drops such an effect would stand at a wrong angle, and keep its like from being a suspect at its place.  So it is
+left out and sought again.  The number of a ball stays: it is relative to the cage's angle, which is fitted to each drop.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from tdbmon.identify.free_effect import place_in_words
 
 
 def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
-    """Return the machine without effects at an angle that differs from drop to drop, and what there is to say of these."""
+    """Return the machine without effects at an angle that differs from drop to drop, and a remark on each of these."""
     kept, remarks = [], []
     for setting in machine.effects:
         effect = from_setting(setting)

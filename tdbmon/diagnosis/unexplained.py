@@ -1,4 +1,4 @@
-"""What the best model leaves: how much, in which probe, when, and at which frequency."""
+"""The greatest residual of the best model: in which drop and probe, when, and at which frequency."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from tdbmon.diagnosis.contender import Contender
 
 Array = NDArray[np.float64]
 
-_SPAN_S = 0.004  # of which the loudest is named
+_SPAN_S = 0.004  # length of the interval named
 
 
 @dataclass(frozen=True)
 class Unexplained:
-    """The loudest of what is left.
+    """The greatest residual, relative to the noise.
 
     Attributes
     ----------
     drop, probe : str
-        Where it is loudest.
+        Where the residual is greatest.
     rms, noise : float
-        There, over the time that was fitted, m.
+        Of that probe, over the time that was fitted, m.
     since, until : float
-        When, s after the release.
+        Interval with the greatest power, s after the release.
     frequency, resolution : float
-        Of the strongest component there, and what is nearer together is not told apart, Hz.
+        Strongest component of that probe's residual, and resolution of the spectrum, Hz.
     ratio : float
-        Misfit a residual of all drops: 1 where only noise is left.
+        Misfit ratio of all drops: 1 for noise alone.
     """
 
     drop: str
@@ -45,7 +45,7 @@ class Unexplained:
 
 
 def unexplained(contender: Contender) -> Unexplained:
-    """Return what a model leaves."""
+    """Return the greatest residual of a model."""
     drops = contender.problem.drops
     left = [contender.problem.simulated(contender.fit.point, k, contender.horizon) for k in range(len(drops))]
 
@@ -58,7 +58,7 @@ def unexplained(contender: Contender) -> Unexplained:
     since, series = found.since[found.since >= 0], found.left_after[row]
     width = max(2, round(_SPAN_S / measured.interval))
     there = _there(series)
-    # a missing sample is neither loud nor part of any frequency
+    # a missing sample counts as zero
     power = np.convolve(np.nan_to_num(series**2), np.ones(width), "valid")
     begin = int(np.argmax(power))
     swing = np.nan_to_num(series - there.mean())
@@ -78,5 +78,5 @@ def unexplained(contender: Contender) -> Unexplained:
 
 
 def _there(series: Array) -> Array:
-    """Return what is left where a sample was measured."""
+    """Return the residual where a sample was measured."""
     return series[np.isfinite(series)]
