@@ -20,7 +20,7 @@ from tdbmon.remarks import alike
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
-    """Return the contract's content."""
+    """Return the content of the JSON."""
     verdict, proof = diagnosis.verdict, diagnosis.proof
     plain, best = diagnosis.plain, diagnosis.best
     left = unexplained(best)
@@ -67,7 +67,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
 
 
 def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
-    """Return what the command says."""
+    """Return the command's lines."""
     verdict, out = diagnosis.verdict, []
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
     for cause in named_causes(diagnosis):
@@ -98,12 +98,12 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
 
 
 def value_and_interval(estimate: Estimate) -> str:
-    """Return a known value as a line on a terminal has it, with its interval or the reason why there is none."""
+    """Return a known value as text, with its interval or the reason why there is none."""
     return printed(estimate) + why_no_interval(estimate)
 
 
 def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    """Return the causes of a diagnosis as the contract has them, the likeliest first."""
+    """Return the causes of a diagnosis as in the JSON, the likeliest first."""
     return [
         {
             "effect": cause.effect,
@@ -117,7 +117,7 @@ def causes_json(diagnosis: Diagnosis) -> list[dict[str, Any]]:
 
 
 def standing_json(effect: Effect) -> dict[str, Any]:
-    """Return an effect that a model has already, as `causes_json` has those that it lacks."""
+    """Return an effect that stands in the model, in the form of `causes_json`."""
     values = {each: getattr(effect, each.name) for each in effect.parameters()}
     sizes = {
         f"{each.name}{_suffix(each.unit)}": Estimate(value, unit=each.unit, why="as it stands in the model")
@@ -164,7 +164,7 @@ def _noise(contender: Contender) -> float:
 
 
 def _suffix(unit: str) -> str:
-    """Return what a parameter's name ends with: ``_um``, ``_n_per_m``."""
+    """Return the suffix of a parameter's name by its unit: ``_um``, ``_n_per_m``."""
     if unit == "1":
         return ""
     return "_" + unit.lower().replace("^", "").replace("/", "_per_").replace(" ", "_")

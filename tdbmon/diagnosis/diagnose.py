@@ -39,38 +39,38 @@ from tdbmon.progress import Progress, silent
 
 @dataclass(frozen=True, eq=False)
 class Diagnosis:
-    """What was found.
+    """The result of a diagnosis.
 
     Attributes
     ----------
     machine : Machine
     verdict : Verdict
     contenders : tuple of Contender
-        The best first; the plain model among them.
+        The models of the contest, the best first; the plain model among them.
     proof : HeldOut or None
-        Of the best model with a cause on a drop held out; None where there is no such model, or one drop only.
+        Of the best model with a cause; None without such a model, or with one drop only.
     parameters : dict
-        Of each accused model, then of each of its causes by name: its parameters' estimates by theirs.
+        Estimates by accused model, cause and parameter.
     values : dict
-        Of the machine, to which its file gives a tolerance, as the model that the verdict believes was fitted with them.
+        Estimates of the machine's values to which its file gives a tolerance, in the model that the verdict believes.
     late : tuple of LateRecord or None
-        The rest of each drop's record, beside simulations of the model that the verdict believes; None where the drops do not
-        tell, or it believes none.
+        The rest of each drop's record against simulations of the believed model; None if it cannot be compared, or no model is
+        believed.
     late_before : tuple of LateRecord or None
-        The same beside simulations of the model without the cause that was found by that, if one was.
+        The same without the cause that the rest of the record showed, if there is one.
     mistaken : str or None
-        What mark, cables or machine file have wrong, so that no cause was sought.
+        The error of set-up (mark, cables, machine file) that kept causes from being sought.
     next_test : str
-        What would teach most.
+        The drop or measurement that would teach most.
     remarks : tuple of str
-        What the records lack, and what that costs.
+        Faults of the records, and what they cost.
     seconds : float
     wanted : mapping of float
-        Values (SI, by name) that the drops want of entries of the machine file which they contradict.
+        Values (SI, by name) that fit the drops, of entries of the machine file which they contradict.
     changed : str or None
-        Which of them have changed since earlier drops that fit the file, and are all that is missing.
+        Those of them that changed since earlier drops that fit the file, if nothing else is missing.
     aside : tuple of str
-        What else was seen, on which the verdict does not rest.
+        Further findings on which the verdict does not rest.
     """
 
     machine: Machine
@@ -101,7 +101,7 @@ class Diagnosis:
 
     @property
     def best(self) -> Contender:
-        """The model that is accused, the likeliest of several; the likeliest of all where nobody is."""
+        """The first accused model, or the likeliest of all if none is accused."""
         return self.verdict.leading(self.contenders)
 
 
@@ -114,9 +114,9 @@ def diagnose(
     ----------
     machine : Machine
     records : sequence of Dataset
-        Drops of the machine in one condition, as `tdbmon.record.read.read` gives them.
+        Drops of the machine in one condition, as from `tdbmon.record.read.read`.
     progress : callable, optional
-        Is told each step as it begins.
+        Called with the name of each step as it begins.
     workers : int
         Processes that take part (see `tdbmon.identify.crew.Crew`).
 
@@ -138,7 +138,7 @@ def diagnose(
         asked, horizons = horizons, followable(problem, horizons)
         progress("holding the machine file against the first contacts")
         mistaken = _mistake(drops, problem)
-        # then nobody is asked: some effect or other fits what is not there
+        # after an error of set-up no cause is sought: some effect would fit what is not there
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
         field = contest(problem, suspected, horizons, progress)
         progress("following how the rotor slows")
@@ -186,7 +186,7 @@ def diagnose(
 
 
 def _unlike(believed: Contender) -> list[str]:
-    """Return what there is to say of drops that hardly go with the others, at the first contacts too: a path may part later."""
+    """Return remarks on drops that do not go with the others, if they show at the first contacts too, before paths diverge."""
     found = unlike_drops(believed.problem, believed.fit)
     if not found:
         return []
@@ -196,7 +196,7 @@ def _unlike(believed: Contender) -> list[str]:
 
 @dataclass(frozen=True)
 class _Obstacle:
-    """What is wrong with the drops or the machine file, so that no model can be believed, and the test that it asks for."""
+    """An error of drops or machine file because of which no model can be believed, and the next test."""
 
     why: str
     next_test: str
@@ -204,7 +204,7 @@ class _Obstacle:
 
 
 def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | None:
-    """Return what shows before any cause is sought: another machine, a mark that moved, cables or a file that are wrong."""
+    """Return an error of set-up, if there is one: another machine, a moved mark, exchanged cables, a wrong machine file."""
     if foreign := next((drop.foreign for drop in drops if drop.foreign), ""):
         return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
@@ -215,7 +215,7 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
 
 @dataclass(frozen=True, eq=False)
 class _Judged:
-    """Models with what they mean.
+    """Models with their verdict.
 
     Attributes
     ----------
@@ -225,7 +225,7 @@ class _Judged:
     verdict : Verdict
     likeliest : Contender
     sizes : dict
-        Of the model that is believed and of those accused.
+        Of the believed and the accused models.
     """
 
     field: tuple[Contender, ...]
@@ -241,33 +241,33 @@ class _Judged:
 
     @property
     def believed(self) -> Contender:
-        """The model whose values are told: one with a cause that is not believed may have bent its own to it."""
+        """The model whose values are reported: plain for none and unknown, since a wrong cause bends the other values."""
         return self.plain if self.verdict.kind in (Kind.NONE, Kind.UNKNOWN) else self.likeliest
 
 
 def _first_judged(
     field: Sequence[Contender], slowed: Slowed | None, suspected: Sequence[Suspect], progress: Progress
 ) -> _Judged:
-    """Return the models judged by readings and by how the rotor slows."""
+    """Return the models judged by the readings and the slowing."""
     best, proof = _best_with_cause(field), None
     if best is not None and len(best.problem.drops) >= LEAST_DROPS:
         progress("holding out a drop")
         proof = slowed.proof() if slowed is not None and not slowed.base.causes else proof_of(plain_of(field), best)
     progress("estimating sizes")
-    # of how the rotor slows a ring at either end is a cause, or both: no hundred suspects, of which one always fits
+    # slowing has three suspects, a ring at either end or both: no lead against a hundred of which one always fits
     lead = PLAIN_LEAD if slowed is None else 0.0
     return _judged(field, proof, lead, suspected, slowed.proof() if slowed is not None and slowed.base.causes else None)
 
 
 def _drift(found: _Judged, horizons: Sequence[float]) -> _Obstacle | None:
-    """Return which probe drifts; what does not act in contacts has exact laws, and needs no such doubt."""
+    """Return a drift of a probe; not sought beside accused causes outside contacts, whose laws are exact."""
     doubtful = found.verdict.kind is Kind.UNKNOWN or any(each.in_contacts for each in found.verdict.accused)
     drifts = drifting_probe(found.plain, found.likeliest, horizons) if doubtful else None
     return _Obstacle(drifts, DRIFT) if drifts is not None else None
 
 
 def _against(found: _Judged, obstacle: _Obstacle | None, otherwise: str | None) -> tuple[Verdict, list[str]]:
-    """Return the verdict with what speaks against every model, and what speaks against the named one only.
+    """Return the verdict, `unknown` if something speaks against every model, and a remark on what only doubts a named one.
 
     `otherwise` says how the rest of the record departs from simulations.
     """
@@ -284,7 +284,7 @@ def _against(found: _Judged, obstacle: _Obstacle | None, otherwise: str | None) 
 def _beside_the_rest(
     found: _Judged, suspected: Sequence[Suspect], progress: Progress
 ) -> tuple[_Judged, tuple[LateRecord, ...] | None, tuple[LateRecord, ...] | None]:
-    """Return the models judged by the rest of the records too, if it has another cause; and that rest, with and without it."""
+    """Return the models, with a late cause if one explains the rest of the records; and that rest with and without the cause."""
     progress("holding the rest of the record against simulations")
     late = late_records(found.believed)
     if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
@@ -297,25 +297,25 @@ def _beside_the_rest(
 def _with_late_cause(
     found: _Judged, late: tuple[LateRecord, ...], suspected: Sequence[Suspect]
 ) -> tuple[_Judged, tuple[LateRecord, ...]] | None:
-    """Return the models judged with a cause that explains the rest of the records, and that rest with it; None without one."""
+    """Return the models with a late cause that explains the rest of the records, and that rest with it; None without one."""
     believed = found.believed
     field, causes = with_late_causes(believed, found.field, late, suspected)
     if not causes:
         return None
-    # three effects at two ends or both: no hundred suspects here either
+    # three effects at either end or both: few suspects here too, so no lead
     proof = proof_of(found.plain, field[0]) if believed.causes else causes[field[0]].proof()
     wider = _judged(field, proof, 0.0, suspected, late=causes)
     accused = next((each for each in wider.verdict.accused if each in causes), None)
     if accused is None:
         return None
     added = causes[accused].suspect
-    # where each drop would have it otherwise, they have none in common
+    # if the drops disagree on its size, they have no such cause in common
     if not clear_of_nothing(added, wider.sizes[accused].causes[added.name]):
         return None
     after = late_records(accused)
     if after is None:
         return None
-    # simulations that lie further apart are no nearer
+    # a wider spread of simulations does not bring them nearer to the drop
     after = tuple(each.in_spread_of(wide) for each, wide in zip(after, late, strict=True))
     if not explains_the_rest(late, after):
         return None
@@ -334,9 +334,9 @@ def _judged(
     other: HeldOut | None = None,
     late: Mapping[Contender, LateCause] | None = None,
 ) -> _Judged:
-    """Return models with what they mean.
+    """Return models with their verdict.
 
-    Another proof of the best one with a cause tells of its sizes too, and so does what was tried of causes that act late.
+    Intervals of sizes also use the `other` proof of the best model with a cause, and the trials of late causes.
     """
     judged = verdict(field, proof, lead, suspected)
     likeliest = judged.leading(field)

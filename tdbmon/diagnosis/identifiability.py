@@ -1,9 +1,9 @@
-"""What drops from given speeds could tell, before any record: what is told apart, what shows, which drop to add.
+"""What drops from given speeds could show, before any record: detectable sizes, look-alikes, and which drop to add.
 
-A nominal drop is simulated at each speed and every suspect put into it at a small trial size.  The change of the
-residuals, less what the values that a fit adjusts could do in its place, is all that a diagnosis has to go by: its
-length in standard deviations of the noise tells what is detectable, and the angle between the changes of two suspects
-(H. Hotelling, Biometrika 28 (1936) 321, where an unknown angle makes either a plane) what can be told apart.
+A nominal drop is simulated at each speed, and every suspect put into it at a small trial size.  A diagnosis sees only the
+change of the residuals, projected orthogonally to the Jacobian of the calibrated values.  The length of that vector in standard
+deviations of the noise determines what is detectable, and the angle between the vectors of two suspects what looks alike (a
+canonical correlation, H. Hotelling, Biometrika 28 (1936) 321, since an unknown angle of an effect makes a plane of its vector).
 """
 
 from __future__ import annotations
@@ -38,37 +38,36 @@ from tdbmon.identify.stages import stages_of
 from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
-DETECTABLE = 5.0  # standard deviations: some hundred suspects are looked at, each with several chances
+DETECTABLE = 5.0  # standard deviations: some hundred suspects are tried, each with several chances
 ALIKE = 0.95  # similarity above which two suspects are not told apart
-# of the greatest speed given, for one more drop; nobody says that the machine may go faster
+# speeds of one more drop, shares of the greatest speed given: the machine may not be allowed to go faster
 CANDIDATES = (0.5, 0.75, 1.0)
 
 _LEVITATED_S = 0.1
-_PAST_S = 0.008  # simulated beyond what is looked at
+_PAST_S = 0.008  # simulated beyond the horizon
 _OFF_CENTRE = 0.1  # of the gap
-_ABSORBED = 1e-8  # of a change's square: less is left by rounding alone
+_ABSORBED = 1e-8  # share of a change's square below which the rest is rounding
 _METHOD = f"by trials, {DETECTABLE:g} standard deviations of the stated noise"
-_LEAST_TRIAL = 0.01  # of the first trial: less is rounding
-_STEEPEST = 3.0  # power of a size, with which its change is believed to grow
+_LEAST_TRIAL = 0.01  # least second trial, share of the first: less is rounding
+_STEEPEST = 3.0  # greatest power of the size with which a change may grow
 
 
 @dataclass(frozen=True, eq=False)
 class Detectable:
-    """How small an effect shows in the first contacts.
+    """The size from which on an effect shows in the first contacts.
 
     Attributes
     ----------
     suspect : Suspect
     parameter : str
-        The one that is its size.
+        Its size.
     size : Estimate
-        Smallest detectable difference from where the effect is off; of a spring that is off when stiff, its greatest
-        detectable stiffness.
+        Smallest detectable difference from where the effect is off; for a spring in series, the greatest detectable stiffness.
     unseen : float, optional
-        Where it does not show: size up to which it does not (of such a spring: down to which), the largest of the catalogue
-        or that to which the trial is believed, SI.
+        If it does not show: the size up to which it does not (for a spring in series, the stiffness down to which), SI; either
+        the limit of the catalogue, or the limit to which the trial is extrapolated.
     looks_like : tuple of (Suspect, float), optional
-        The most similar other suspect, and how similar from 0 to 1.
+        The most similar other suspect, with the similarity from 0 to 1.
     """
 
     suspect: Suspect
@@ -79,13 +78,13 @@ class Detectable:
 
     @property
     def may_show_later(self) -> bool:
-        """True of what goes on long after the first contacts, where `diagnose` seeks it too: drag, rubbing, heat."""
+        """True for effects by drag, rubbing or heat, which `diagnose` also seeks long after the first contacts."""
         return self.suspect.declared.kind.builds_up or self.suspect.declared.kind.slows
 
 
 @dataclass(frozen=True, eq=False)
 class Identifiability:
-    """What drops from some speeds could tell.
+    """What drops from some speeds could show.
 
     Attributes
     ----------
@@ -96,11 +95,11 @@ class Identifiability:
         Of a probe, m rms.
     detectable : tuple of Detectable
     pairs : tuple of (Suspect, Suspect, float)
-        Not to be told apart, with their similarity, the most similar first.
+        Look-alikes with their similarity, the most similar first.
     next_drops : tuple of (float, int)
-        Speeds for one more drop, Hz, with the pairs that would still not be told apart, the best first.
+        Speeds of one more drop, Hz, with the number of pairs that would still look alike, the best first.
     seconds : float
-        Of reckoning.
+        Time of computation.
     """
 
     machine: Machine
@@ -113,12 +112,12 @@ class Identifiability:
 
     @property
     def horizon(self) -> float:
-        """How far the drops are looked at, s after the release: past the first contacts."""
+        """Horizon of the simulations, s after the release: past the first contacts."""
         return stages_of(self.machine).bounced
 
     @property
     def limits(self) -> tuple[str, ...]:
-        """What the sizes and pairs do not say."""
+        """Limits of validity of the sizes and pairs, in words."""
         return (
             "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
             "each effect is tried at a small size and again where it should just show, and its change taken with the power of"
@@ -136,24 +135,24 @@ def identifiability(
     progress: Progress = silent,
     among: Sequence[Suspect] | None = None,
 ) -> Identifiability:
-    """Find what drops of a machine could tell, from its nominal values alone.
+    """Return what drops of a machine could show, from its nominal values alone.
 
     Parameters
     ----------
     machine : Machine
     speeds : sequence of float
-        At the release, Hz; a drop each.
+        Speed at the release of each drop, Hz.
     noise : float
-        Of each probe, m rms, white.
+        White noise of each probe, m rms.
     progress : callable, optional
-        Is told each step as it begins.
+        Called with the name of each step as it begins.
     among : sequence of Suspect, optional
         By default every effect of the catalogue at every place.
 
     Raises
     ------
     InputError
-        If no speed is given, speed or noise are not positive, or a nominal drop cannot be simulated or read.
+        If no speed is given, a speed or the noise is not positive, or a nominal drop cannot be simulated or read.
     """
     began = time.monotonic()
     if not speeds:
@@ -170,7 +169,7 @@ def identifiability(
     for k, share in enumerate(CANDIDATES):
         try:
             further.append((share * max(speeds), _nominal_drop(machine, share * max(speeds), noise, len(drops) + k)))
-        except InputError:  # a speed that the machine cannot be dropped from is no advice
+        except InputError:  # no drop from this speed can be simulated, so it is not suggested
             continue
     with Crew() as crew:
         every = build_problem(machine, (*drops, *(drop for _, drop in further)), crew)
@@ -201,7 +200,7 @@ def identifiability(
 
 
 def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> MeasuredDrop:
-    """Return a simulated drop as the diagnosis would read it; its number seeds noise, set-point and angles."""
+    """Return a simulated drop as a diagnosis would read it; `number` seeds noise, set-point and angles."""
     rng = np.random.default_rng(number)
     toward = 2 * np.pi * rng.uniform(size=2)
     reach = [_OFF_CENTRE * bearing.radial_gap.nominal for bearing in machine.touchdown_bearings]
@@ -222,7 +221,7 @@ def _nominal_drop(machine: Machine, speed: float, noise: float, number: int) -> 
 
 
 def _keys(suspect: Suspect) -> list[Key]:
-    """Return the trials at the smallest share; which ball it is shows at its full size only."""
+    """Return the trials at the least trial size; of a ball at its full size, where its number shows."""
     return [key for key in trial_keys(suspect) if key[1] == _share(suspect) and key[2] in QUARTER]
 
 
@@ -233,7 +232,7 @@ def _share(suspect: Suspect) -> float:
 
 @dataclass(frozen=True, eq=False)
 class _Observed:
-    """A drop's slopes (m, columns) and the change of its residuals (m,) by each trial of each suspect."""
+    """A drop's Jacobian (m, columns) and the change of its residuals (m,) by each trial of each suspect."""
 
     slopes: Array
     trials: Sequence[Trials]
@@ -249,7 +248,7 @@ def _observe(problem: Problem, drop: int, wanted: Sequence[Suspect]) -> _Observe
 def _again(
     problem: Problem, drop: int, wanted: Sequence[Suspect], shares: Sequence[Sequence[float]], slopes: Array
 ) -> _Observed:
-    """Return what a drop shows of suspects with each size at a share of the typical one."""
+    """Return the changes of a drop by suspects with each size at a given share of the typical one."""
     share_of = dict(zip(wanted, shares, strict=True))
 
     def keys(suspect: Suspect) -> list[Key]:
@@ -262,16 +261,16 @@ def _again(
 
 @dataclass(frozen=True, eq=False)
 class _Comparison:
-    """Suspects as some drops would show them.
+    """Comparison of the changes that suspects make in some drops; one column per trial.
 
     Attributes
     ----------
     suspects : tuple of Suspect
     blocks : tuple of tuple
-        Of each suspect: for each size the groups of columns that one unknown angle turns, a group a drop where the
-        angle differs from drop to drop; empty where a trial could not be simulated.
+        Of each suspect, for each size: groups of columns with a common unknown angle, one group per drop if the angle differs
+        from drop to drop; empty if a trial could not be simulated.
     gram : (n, n) array
-        Scalar products of all columns, less what fitted values could do in their place; a trial's full size is 1.
+        Gram matrix of the columns, projected orthogonally to the Jacobian, each at the size of its trial.
     """
 
     suspects: tuple[Suspect, ...]
@@ -282,8 +281,8 @@ class _Comparison:
     def of(
         cls, problem: Problem, seen: Sequence[_Observed], drops: Sequence[int], wanted: Sequence[Suspect]
     ) -> _Comparison:
-        """Return what these drops show."""
-        # the others' rows weigh nothing, so the fitted values do not hear of them
+        """Return the comparison by these drops."""
+        # rows of other drops have weight 0, so that the fitted values do not depend on them
         weights = [np.full(len(each.slopes), float(k in drops)) for k, each in enumerate(seen)]
         basis, begin = directions(problem, [each.slopes for each in seen], weights, problem.low < problem.high)
         columns: list[Mapping[int, Array]] = []
@@ -313,7 +312,7 @@ class _Comparison:
         return cls(tuple(wanted), tuple(blocks), left)
 
     def _parts(self, suspect: int) -> list[list[int]]:
-        """Return a suspect's columns that show at all; by drops, where its angle differs from drop to drop."""
+        """Return a suspect's columns other than zero; one list per drop if its angle differs from drop to drop."""
         sizes = self.blocks[suspect]
         if not sizes:
             return []
@@ -322,7 +321,7 @@ class _Comparison:
         return [[c for group in part for c in group if self.gram[c, c] > 0] for part in groups]
 
     def _white(self, columns: Sequence[int]) -> Array:
-        """Return what makes columns orthonormal."""
+        """Return the matrix that makes the columns orthonormal."""
         scale = 1 / np.sqrt(np.diag(self.gram)[columns])
         values, vectors = np.linalg.eigh(self.gram[np.ix_(columns, columns)] * np.outer(scale, scale))
         keep = values > 1e-6
@@ -330,7 +329,7 @@ class _Comparison:
         return white
 
     def _correlation(self, one: Sequence[int], other: Sequence[int]) -> float:
-        """Return the greatest canonical correlation of columns, 0 where there are none."""
+        """Return the greatest canonical correlation of two sets of columns, 0 if one is empty."""
         if not one or not other:
             return 0.0
         shared = self._white(one).T @ self.gram[np.ix_(one, other)] @ self._white(other)
@@ -339,8 +338,8 @@ class _Comparison:
     def _similarity(self, one: int, other: int) -> float:
         """Return the cosine of two suspects' changes at the angles where they are most alike.
 
-        Where the angles of both differ from drop to drop each drop has its own, but the size is the same in all: the
-        cosine is the sum of the drops', each weighted by the lengths of both in it.
+        If the angles of both differ from drop to drop, each drop has its own, but the size is common to all: the cosine is the
+        sum over the drops, each weighted by the lengths of both changes in it.
         """
         parts, others = self._parts(one), self._parts(other)
         if len(parts) != len(others) or len(parts) == 1:
@@ -350,7 +349,7 @@ class _Comparison:
         return min(1.0, float(share @ np.array(each)))
 
     def _shares(self, parts: Sequence[Sequence[int]]) -> Array:
-        """Return how the square of a suspect's length is shared among drops."""
+        """Return each drop's share of the squared length of a suspect's change."""
         square = np.array([float(np.diag(self.gram)[list(part)].sum()) for part in parts])
         total = float(square.sum())
         return square / total if total > 0 else square
@@ -365,13 +364,13 @@ class _Comparison:
         return out
 
     def alike(self) -> list[tuple[int, int, float]]:
-        """Return the pairs that cannot be told apart, the most similar first."""
+        """Return the pairs that look alike, the most similar first."""
         similar = self.similarities
         found = [(i, j, float(similar[i, j])) for i, j in combinations(range(len(similar)), 2)]
         return sorted((each for each in found if each[2] > ALIKE), key=lambda each: -each[2])
 
     def just_shows(self, suspect: int) -> list[float]:
-        """Return shares of the typical sizes at which a suspect should just show, if its change is in proportion."""
+        """Return the shares of the typical sizes at which a suspect would just show if its change were linear."""
         of, found = self.suspects[suspect], []
         for number, (size, _) in enumerate(of.sizes):
             length = self._length(self.blocks[suspect][number]) if self.blocks[suspect] else 0.0
@@ -380,7 +379,7 @@ class _Comparison:
         return found
 
     def detectable(self, suspect: int, second: _Comparison, shares: Sequence[float]) -> list[Detectable]:
-        """Return how small each size of a suspect shows, by this trial and a second one at other shares of the typical sizes."""
+        """Return the least detectable sizes of a suspect, by this trial and a second one at other shares of the typical size."""
         similar = self.similarities[suspect]
         nearest = int(np.argmax(similar))
         like = (self.suspects[nearest], float(similar[nearest])) if similar[nearest] > 0 else None
@@ -395,21 +394,21 @@ class _Comparison:
             if smaller < 1 and second.blocks[suspect]:
                 shrunk = second._length(second.blocks[suspect][number]) / length
                 way = 2 * math.log(smaller) if off_when_stiff(size) else math.log(smaller)
-                # what a later release does as well at first grows with the square
+                # a change whose linear part a later release can make grows with the square of the size
                 power = min(max(math.log(shrunk) / way, 1.0), _STEEPEST) if shrunk > 0 else _STEEPEST
             found.append(Detectable(of, size.name, *_smallest(size, _share(of), length, power), looks_like=like))
         return found
 
     def _length(self, groups: Sequence[tuple[int, ...]]) -> float:
-        """Return how many standard deviations a trial changes the residuals, at the least favourable angle."""
+        """Return the change of the residuals by a trial in standard deviations, at the least favourable angle."""
         least = [float(np.linalg.eigvalsh(self.gram[np.ix_(group, group)])[0]) for group in groups]
         return math.sqrt(sum(max(0.0, each) for each in least))
 
 
 def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -> list[list[dict[int, Array]]] | None:
-    """Return the columns of a size, a list for each unknown angle; None where a drop has no trial that ran.
+    """Return the columns of a size, one list per unknown angle; None if no trial of a drop could be simulated.
 
-    A column is the change of each drop by its number.
+    A column holds the change of each drop, by drop number.
     """
     parts: list[dict[int, Array]] = []
     for eighth in QUARTER if angle else (0,):
@@ -418,7 +417,7 @@ def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -
             found = [c for key, c in trial.items() if (key[0], key[2]) == (number, eighth) and c is not None]
             if not found:
                 return None
-            part[drop] = max(found, key=lambda change: float(change @ change))  # of the balls that which shows most
+            part[drop] = max(found, key=lambda change: float(change @ change))  # of the balls, the one that shows most
         parts.append(part)
     if angle is not None and angle.per_drop:
         return [[{drop: part[drop]} for part in parts] for drop in trials]
@@ -426,14 +425,14 @@ def _groups(trials: Mapping[int, Trials], number: int, angle: Declared | None) -
 
 
 def about(size: float, unit: str) -> str:
-    """Return a size, SI, as text in its unit outside, to two digits as befits a guess."""
+    """Return a size, SI, as text in its unit outside, to two digits."""
     return f"{float(f'{size * OUTSIDE[unit]:.2g}'):.6g}{'' if unit == '1' else f' {unit}'}"
 
 
 def _smallest(size: Declared, share: float, length: float, power: float = 1.0) -> tuple[Estimate, float | None]:
-    """Return the size whose change has the length that is detectable, and where it does not show, up to which one not.
+    """Return the least detectable size, and, if the effect does not show, the size up to which it does not.
 
-    A trial at a share of the typical size changes the residuals by `length`, which goes with a power of the size.
+    A trial at a share of the typical size changes the residuals by `length`, which grows with a power of the size.
     """
     if length <= 0:
         return Estimate.missing(size.unit, "fitted values can do the same: it does not show"), None

@@ -51,7 +51,7 @@ def identifiability_json(found: Identifiability) -> dict[str, Any]:
 
 
 def identifiability_lines(found: Identifiability) -> list[str]:
-    """Return what the command says."""
+    """Return the command's lines."""
     speeds = ", ".join(f"{speed:g}" for speed in found.speeds)
     effect = max([44, *(len(_text(each.suspect)) + 2 for each in found.detectable)])
     place = max([12, *(len(each.suspect.where) + 2 for each in found.detectable)])
@@ -86,7 +86,7 @@ def identifiability_lines(found: Identifiability) -> list[str]:
 
 
 def _size(found: Detectable) -> str:
-    """Return how small an effect shows, from what on, or up to which stiffness."""
+    """Return the size from which, or the stiffness up to which, an effect shows."""
     name = found.parameter.replace("_", " ")
     size = next(size for size, _ in found.suspect.sizes if size.name == found.parameter)
     off, stiff = off_of(size), off_when_stiff(size)

@@ -111,7 +111,7 @@ def diagnose_since(
     InputError
         If a record is in both, or a diagnosis is impossible.
     """
-    # by content: folders of different years often use the same file names, and a drop may be in several formats
+    # by content: folders of different years often hold the same names, and one drop has many formats
     earlier = [assign(each, machine) for each in reference]
     for record in records:
         laid = assign(record, machine)

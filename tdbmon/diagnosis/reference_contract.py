@@ -1,4 +1,4 @@
-"""What `tdbmon diagnose --reference` adds to the JSON and to the lines on a terminal."""
+"""What `tdbmon diagnose --reference` adds to the JSON and the lines on a terminal."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def reference_json(reference: Reference) -> dict[str, Any]:
 
 
 def reference_lines(reference: Reference) -> list[str]:
-    """Return what the command says about the earlier drops."""
+    """Return the command's lines on the earlier drops."""
     before = reference.before
     named = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))
     out = [
