@@ -1,4 +1,4 @@
-"""Two drops with a probe of another gain and the models that competed for them, and a report, made once."""
+"""Fixtures: two drops with a wrong probe gain, the models of their contest, and a report."""
 
 import pytest
 

@@ -11,7 +11,7 @@ def contender(like, names, bic_less, ratio):
     count = like.fit.count
     point, fitted = like.fit.point, like.fit
     made = Fit(point, fitted.residuals, fitted.slopes, ratio * count - bic_less)
-    # of those with several words the first
+    # of suspects with the same name, the first
     causes = {s.name: s for s in reversed(like_suspects(like)) if s.name in names}
     return replace(like, fit=made, causes=tuple(reversed(causes.values())))
 

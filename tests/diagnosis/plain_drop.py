@@ -19,7 +19,7 @@ def noise(sigma):
 
 
 def bare(sigma, touch=((8e-3, 10e-3), None), chain=None):
-    """24 ms from the release on, nothing left; the first contacts are as given, and probes as a chain has them."""
+    """24 ms from the release on without residual, with the given first contacts and sensor chain."""
     machine = drops.machine()
     axes = seen_along(machine.probes, chain or SensorChain())
     model = build_model(machine, bending=4)

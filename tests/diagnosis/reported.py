@@ -1,4 +1,4 @@
-"""What reports of a diagnosis are made of: two short synthetic drops whose magnetic force fades slowly, and their words."""
+"""Material for reports of a diagnosis: two short synthetic drops with a slowly fading magnetic force, and a report's words."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def record_of(speed: float, seed: int):  # type: ignore[no-untyped-def]
 
 
 def late_of(name: str, times: float) -> LateRecord:
-    """The rest of a record that whirls so many times as far as simulations of it."""
+    """The rest of a record whose whirl is `times` that of its simulations."""
     rng = np.random.default_rng(1)
     onces, places = (
         rng.uniform(1e-5, 2e-5, (12, 1, 4)) * np.ones((1, 2, 1), dtype=complex),
@@ -56,7 +56,7 @@ def late_of(name: str, times: float) -> LateRecord:
 
 
 def words_of(document: Document) -> str:
-    """All that the document says, without drawing its figures."""
+    """All text of the document, without drawing its figures."""
     out = [document.note]
     for block in (block for section in document.sections for block in section.blocks):
         if isinstance(block, Paragraph | Tinted):
@@ -67,7 +67,7 @@ def words_of(document: Document) -> str:
 
 
 def named_diagnosis(crew: Crew) -> Diagnosis:
-    """A diagnosis that names the magnetic force, which alone was suspected."""
+    """A diagnosis that names the magnetic force, its only suspect."""
     machine = drops.machine()
     measured = tuple(measured_drop(record_of(speed, seed), machine) for speed, seed in ((97.0, 1), (148.0, 2)))
     problem = build_problem(machine, measured, crew)

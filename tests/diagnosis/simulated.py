@@ -1,4 +1,4 @@
-"""Two short drops of the shipped machine with hidden effects, by the same simulator as the model (synthetic)."""
+"""Two short drops of the shipped machine with hidden effects, from the same simulator as the model (synthetic)."""
 
 from dataclasses import replace
 
@@ -41,7 +41,7 @@ def problem_of(crew, *effects, speeds=((80.0, 1), (150.0, 2)), seconds=0.03):
 
 
 def with_readings(problem, more):
-    """The problem with drops that read so much more at given times (n,), shaft angles (n,) and probe angles (probes, 1)."""
+    """The problem with `more`, of times (n,), shaft angles (n,) and probe angles (probes, 1), added to the readings."""
     changed = []
     for drop in problem.drops:
         angle = np.interp(drop.time, drop.pulse_times, drop.pulse_angles)

@@ -1,4 +1,4 @@
-"""Other angles, sizes, waves, lobes and balls begun anew, on drops of the same simulator (so no test of the physics)."""
+"""Fits restarted with other angles, sizes, waves, lobes and balls, on drops of the same simulator (no test of the physics)."""
 
 import math
 from dataclasses import replace
@@ -33,7 +33,7 @@ def lobes_and_balls(suspects):
 
 @pytest.fixture(scope="module")
 def beside_an_oval(crew):
-    """The plain model fitted to the fall, its suspects, and the oval that drops have beside waves at the other end."""
+    """The plain model fitted to the fall, its suspects, and an oval that the drops have besides waves at the other end."""
     problem = problem_of(
         crew,
         "oval_clearance:end=NDE,amplitude=25 um,angle=20 deg",
@@ -75,7 +75,7 @@ def test_what_was_fitted_to_the_first_contacts_beside_the_plain_model_is_remembe
     again = from_the_first_contact(fallen, [], [lobes[2], lobes[3], lobes[4]], HORIZONS[:3], met)
     assert fitted == [lobes[2], lobes[3], lobes[4]]
     assert [each.misfit for each in again if each.causes[0] is not lobes[4]] == [each.misfit for each in first]
-    # beside another cause, and in another fall, they come to something else
+    # beside another cause, and from another fit to the fall, the results differ
     from_the_first_contact(fallen, [(oval, lies)], [lobes[2]], HORIZONS[:3], met)
     from_the_first_contact(replace(fallen), [], [lobes[2]], HORIZONS[:3], met)
     assert fitted[3:] == [lobes[2], lobes[2]]
@@ -110,7 +110,7 @@ def test_nothing_is_begun_before_both_ends_have_touched(beside_an_oval):
 
 
 def test_lobes_of_a_wrong_order_are_found_anew(crew):
-    """Begun three orders off, with the sizes and phases that make up for it at the first contact.
+    """Started three orders off, with the sizes and phases that compensate for it at the first contact.
 
     At 14 ms lobes of the next order leave as little; at 18 ms they leave more.
     """
@@ -151,14 +151,14 @@ def test_an_oval_that_lies_the_wrong_way_is_begun_at_other_angles(crew):
     wrong = replace(wrong, fit=linearised(wrong.problem, wrong.fit.point, 0.018), horizon=0.018)
     found = at_other_angles(fallen, wrong, horizons)
     start = found.starts()[0].shared
-    across = 0.0 if start["amplitude"] > 0 else math.pi / 2  # a negative one is the same a quarter turn on
+    across = 0.0 if start["amplitude"] > 0 else math.pi / 2  # a negative one lies a quarter turn on
     assert found.horizon == 0.018
     assert abs(start["amplitude"]) == pytest.approx(22e-6, rel=0.1)
     assert abs(math.degrees(math.remainder(start["angle"] + across - math.radians(20), math.pi))) < 5
 
 
 def test_a_support_softer_one_way_at_both_ends_is_found_though_one_end_showed_it_first(crew):
-    """Other causes were sought for a hundred seconds, while the end that touches later could not be explained."""
+    """Other causes were sought for a hundred seconds, since a cause at one end did not explain the end that touches later."""
     problem = problem_of(crew, "support_anisotropy:where=both,ratio=0.5,direction=30 deg")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     of = {each.where: each for each in everyone if each.declared.identifier == "support_anisotropy"}
@@ -172,7 +172,7 @@ def test_a_support_softer_one_way_at_both_ends_is_found_though_one_end_showed_it
     assert found.misfit < one.misfit - 100
     assert found.starts()[0].shared["ratio"] == pytest.approx(0.5, rel=0.1)
     ends = [each for each in everyone if alike_at_other_ends(each, of["both"])]
-    assert by_one_alike(fallen, found, of["both"], ends, HORIZONS) is found  # neither end explains it alone
+    assert by_one_alike(fallen, found, of["both"], ends, HORIZONS) is found  # one end alone is not enough
 
 
 def test_a_foundation_that_the_first_contact_made_a_damper_is_begun_anew(crew):
@@ -224,7 +224,7 @@ def test_what_has_values_beside_its_size_in_contacts_is_begun_at_other_sizes(gai
 
 
 def test_a_ball_is_found_in_the_place_of_waves(crew):
-    """At the first contact waves of an outer race do what a ball too large does."""
+    """At the first contact waves of an outer race act like a ball that is too large."""
     problem = problem_of(crew, "off_sized_ball:end=DE,ball=3,deviation=25 um")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
@@ -238,7 +238,7 @@ def test_a_ball_is_found_in_the_place_of_waves(crew):
 
 
 def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail(crew):
-    """Waves of the race that stands still, seated with one too many."""
+    """Waves of the fixed race, fitted with one wave too many."""
     machine = drops.machine()
     problem = problem_of(crew, "race_waviness:end=DE,race=outer,order=4,amplitude=12 um,phase=20 deg")
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
@@ -257,7 +257,7 @@ def test_waves_of_a_neighbouring_order_are_tried_in_the_place_of_those_that_fail
 
 
 def test_a_bow_by_the_wrong_law_is_begun_anew_by_the_other(crew):
-    """A shaft bent evenly, taken for one bent to its mode, left what an unbalance explained: that was named beside it."""
+    """An evenly bent shaft, taken for one bent to its mode, left an excess that an unbalance explained, which was named too."""
     problem = problem_of(crew, "shaft_bow:bow=30 um,phase=40 deg")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     of = {s.held["shape"]: s for s in everyone if s.name == "shaft_bow@rotor"}
@@ -276,7 +276,7 @@ def test_a_bow_by_the_wrong_law_is_begun_anew_by_the_other(crew):
 
 
 def test_friction_that_falls_at_fast_slip_is_found_from_the_other_law(crew):
-    """The exponential law held to 27 ms in the place of the Gaussian one, which slopes at a usual speed do not lead to."""
+    """The exponential law held to 27 ms instead of the Gaussian one, to which no gradient leads from the usual slip speed."""
     problem = problem_of(crew, "stribeck_friction:where=NDE,static_excess=0.25,stribeck_speed=11 m/s,law=gaussian")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     of = {s.held["law"]: s for s in everyone if s.name == "stribeck_friction@NDE"}

@@ -1,4 +1,4 @@
-"""Scores and the competition of models, on drops of the same simulator (so no test of the physics)."""
+"""Scores and the contest of models, on drops of the same simulator (no test of the physics)."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ def test_contest_is_won_by_the_hidden_effect(competed):
     assert not best.fails
     plain = plain_of(competed)
     assert plain.fails
-    judged = verdict(competed, None)  # a turned probe and a leak come within 200 of it in 12 ms of two drops
+    judged = verdict(competed, None)  # a probe angle and a crosstalk come within 200 of its BIC in 12 ms of two drops
     assert judged.kind in (Kind.NAMED, Kind.AMBIGUOUS)
     assert judged.accused[0] is best
 
@@ -53,7 +53,7 @@ def test_a_cause_put_on_and_taken_off_leaves_the_plain_model(competed, gained):
     oval = next(s for s in everyone if s.name == "oval_clearance@DE")
     wider = with_cause(plain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))
     assert wider.freedom == 2
-    assert wider.misfit == pytest.approx(plain.misfit, rel=0.01)  # an effect of a nanometre is none
+    assert wider.misfit == pytest.approx(plain.misfit, rel=0.01)  # an effect of a nanometre changes nothing
     back = without_cause(wider, 0)
     assert back.fit.point == pytest.approx(plain.fit.point)
     assert back.misfit == pytest.approx(plain.misfit, rel=1e-9)
@@ -77,25 +77,25 @@ def test_little_of_what_the_plain_model_leaves_is_no_failure(competed):
     assert worse.fails
     assert not worse.fails_beside(lost)
     assert worse.fails_beside(replace(plain, fit=replace(plain.fit, misfit=4.0 * plain.fit.count)))
-    # more than a model that explains the drops may leave is more than a law that is a little off
+    # more than a model that explains the drops may leave is not due to an inexact law
     assert contender(extended, {"oval_clearance@NDE"}, 0.0, 2.0).fails_beside(lost)
     assert lost.fails_beside(lost)
-    # it slows before the release as no law of contacts says
+    # its slowing before the release has nothing to do with a law of contacts
     driven = tuple(np.append(r[:-1], 20.0) for r in worse.fit.residuals)
     assert replace(worse, fit=replace(worse.fit, residuals=driven)).fails_beside(lost)
-    # a channel that lags does just that, so what it leaves is another's
+    # a channel lag has an exact law, so its excess is due to another cause
     assert contender(extended, {"channel_lag@NDE_A"}, 0.0, 1.5).fails_beside(lost)
 
 
 def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed, gained):
-    """A large runout or gain shows before anything touches: it says nothing of how well an oval fits."""
+    """A large runout or gain is explained before any contact, so it says nothing about how well an oval fits."""
     _, everyone = gained
     plain = plain_of(competed)
     lost = replace(plain, fit=replace(plain.fit, misfit=500.0 * plain.fit.count))
     both = contender(lost, {"oval_clearance@NDE", "probe_gain@DE_A"}, 0.0, 1.5)
     assert not both.fails_beside(lost)
     assert replace(both, exact_excess=2 * both.excess).fails_beside(lost)
-    # what the gain leaves alone is asked of a model that fails, and has causes of both kinds
+    # the excess with the gain alone is computed only if a model fails and has causes of both kinds
     gain = next(each for each in competed if each.causes)
     oval = next(s for s in everyone if s.name == "oval_clearance@NDE")
     tiny = with_cause(gain, oval, Start({"amplitude": 1e-9, "angle": 0.3}))  # explains nothing
@@ -104,12 +104,12 @@ def test_what_a_sensor_takes_away_does_not_excuse_the_law_of_a_contact(competed,
     assert asked.exact_excess == pytest.approx(asked.excess, rel=0.05)
     assert weighed(tiny) is tiny
     assert weighed(replace(gain, floor=gain.ratio / 1.5)).exact_excess == math.inf
-    # it belongs to the causes it was reckoned for
+    # it is reset when causes change
     assert with_cause(asked, everyone[0], Start(everyone[0].usual_values)).exact_excess == math.inf
 
 
 def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
-    """Each drop's ring stands somewhere at the release; a phase half a period off is found again."""
+    """The ring's angle at the release differs from drop to drop; a phase half a period off is found again."""
     hidden = "ring_out_of_round:end=DE,amplitude=25 um,order=2,phase={} deg"
     truth = (40.0, -100.0)
     machine = drops.machine()
@@ -137,7 +137,7 @@ def test_phases_of_lobes_are_found_by_turning_the_rings(crew):
 
 
 def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
-    """A soft direction put half of its period off is found again from the fall, where no contact has fixed it yet."""
+    """A soft direction half of its period off is found again by a fit from the fall on, where no contact has fixed it yet."""
     machine = drops.machine()
     problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.5,direction=30 deg")
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
@@ -152,7 +152,7 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
     assert found.misfit < 0.8 * settled(stuck, 0.014, 2).misfit
     assert values["support_anisotropy@DE.ratio"] == pytest.approx(0.5, abs=0.05)
     assert abs(math.degrees(off)) < 5
-    # as far as all are followed, one that fails is led so by the contest too; one that holds stays as it is
+    # at the last common horizon the contest does so with a model that fails; one that holds stays as it is
     fails = settled(with_cause(plain, soft, Start({"ratio": 0.5, "direction": math.radians(120)})), 0.014, 2)
     ways = WaysOut(Search(fallen, (), horizons, lambda _: None))
     assert ways._again_from_the_fall(fails).misfit < 0.5 * fails.misfit
@@ -160,9 +160,9 @@ def test_a_fit_from_the_fall_on_leaves_a_wrong_minimum(crew):
 
 
 def test_a_weak_further_cause_joins_one_that_leaves_little_where_it_is_there(crew):
-    """A gain of 1.01 beside a soft direction: the model without it leaves less than its law may.
+    """A gain of 1.01 and a soft direction: the excess without the gain is less than an inexact law may leave.
 
-    In two drops to 14 ms it looks like a leak between the probes of that end, which is for `with_twins` to tell.
+    In two drops to 14 ms it looks like crosstalk between the probes of that end; `with_twins` decides between them.
     """
     hidden = "support_anisotropy:end=DE,ratio=0.5,direction=30 deg"
     joined = {}
@@ -187,7 +187,7 @@ def test_a_weak_further_cause_joins_one_that_leaves_little_where_it_is_there(cre
 
 @pytest.mark.parametrize(("seen", "left", "adds"), [(True, 1.5, True), (False, 1.5, False), (True, 1.2, False)])
 def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monkeypatch, seen, left, adds):
-    """The named cause gains enough for two; and where it leaves little beyond noise, paths only part."""
+    """The gain of the named cause would suffice for two; and where it leaves little beyond noise, paths only diverge."""
     from types import SimpleNamespace
 
     from tdbmon.diagnosis import contest as module
@@ -214,7 +214,7 @@ def test_what_acts_late_beside_a_named_cause_is_proved_by_itself(competed, monke
 def test_a_cause_that_led_is_refuted_by_a_plain_model_that_leaves_noise_alone_for_longer(
     competed, plain_left, cause_left, parts
 ):
-    """With nothing hidden, 0.4 um of waves left 900 less than a plain model in a wrong minimum at 40 ms, and more at 65 ms."""
+    """With nothing hidden, waves of 0.4 um left 900 less misfit than a plain model in a wrong minimum at 40 ms, more at 65 ms."""
     plain = plain_of(competed)
     search = Search(plain, (), (0.006,), lambda _: None)
 
@@ -242,7 +242,7 @@ def test_who_held_and_fails_further_on_is_the_witness_and_it_is_told(competed, m
     assert contest_of._return_to_earlier()
     (witness,) = contest_of.others
     assert (contest_of.horizon, witness.horizon, witness.failed_s) == (0.027, 0.027, 0.033)
-    # where one leaves noise alone, no other is needed
+    # where one model holds, there is no return
     fine = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [held], 0.027, held=(held,))
     assert not fine._return_to_earlier()
     assert fine.others[0].failed_s == 0.0
@@ -266,7 +266,7 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
     assert under_way._return_to_earlier()
     (witness,) = under_way.others
     assert (witness.horizon, witness.failed_s) == (0.027, 0.033)  # where it failed first, not where it was given up
-    # a plain model that leaves as little is no reason to go on
+    # a plain model that leaves as little does not count
     little = contender(plain, (), 0, 1.3)
     assert not hardly_fails(wavering, little)
 
@@ -276,7 +276,7 @@ def test_who_hardly_fails_is_followed_on_and_goes_back_to_where_it_held_if_it_fa
     [(0.01, 1.1, False), (0.014, 0.9, True), (0.018, 0.9, False), (0.018, 1.1, True), (0.018, 3.0, False)],
 )
 def test_other_clearances_are_tried_before_a_cause_where_little_is_left(competed, monkeypatch, horizon, ratio, tried):
-    """In a wrong hollow of the clearances the plain model leaves what waves of many orders fit."""
+    """In a wrong minimum of the clearances, waves of many orders fit the residual of the plain model."""
     from tdbmon.diagnosis import wrong_minimum as module
 
     like = plain_of(competed)
@@ -306,14 +306,14 @@ def test_waves_are_tried_in_each_others_place_after_the_search_while_paths_have_
     assert under_way._try_other_kinds(failing) == tried
     assert bool(asked) == tried
     assert under_way.best is (found if tried else failing)
-    assert not under_way._try_other_kinds(failing)  # nobody is asked twice
+    assert not under_way._try_other_kinds(failing)  # each exchange is tried once
 
 
 @pytest.mark.parametrize(
     "causes", [("foundation_mode@DE", "ring_out_of_round@DE"), ("ring_out_of_round@DE", "foundation_mode@DE")]
 )
 def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed, monkeypatch, causes):
-    """Which joined last says nothing: a cause that is begun anew at another size goes to the end."""
+    """The order of causes means nothing: one that is restarted at another size becomes the last."""
     from tdbmon.diagnosis import wrong_minimum as module
 
     plain = plain_of(competed)
@@ -328,12 +328,12 @@ def test_lobes_give_way_to_others_wherever_they_stand_among_the_causes(competed,
     monkeypatch.setattr(module, "of_any_kind", kinds)
     search = Search(plain, (), (0.006,), lambda _: None, began=0.01)
     _Contest(search, contender(plain, (), 0, 8.0), [failing], 0.018)._try_other_kinds(failing)
-    # what the foundation was fitted to beside lobes of a wrong order may have made up for them
+    # the values of the foundation may have compensated for lobes of a wrong order
     assert asked == [("ring_out_of_round@DE", False), ("ring_out_of_round@DE", True)]
 
 
 def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(competed, monkeypatch):
-    """An oval beside lobes of one order may only stand for what lobes of another explain alone."""
+    """An oval beside lobes of one order may only stand in for lobes of another order."""
     from tdbmon.diagnosis import wrong_minimum as module
 
     plain = plain_of(competed)
@@ -347,7 +347,7 @@ def test_a_further_cause_beside_lobes_is_held_against_lobes_of_another_order(com
     assert under_way._try_other_kinds(came)
     assert under_way.best is other
     assert wider in under_way.others
-    # one that came without failing is nobody's wrong order
+    # a model that did not fail has no wrong order
     still = _Contest(Search(plain, (), (0.006,), lambda _: None, began=0.01), lost, [wider], 0.014)
     assert not still._try_other_kinds(replace(wider, causes=wider.causes[:1]))
 
@@ -363,11 +363,11 @@ def test_nobody_is_followed_on_where_a_search_beside_the_best_cause_was_in_vain(
         return held._given_up(least, searched)
 
     assert given_up(5.0, searched=True)
-    assert not given_up(5.0, searched=False)  # it may yet be led out of a hollow
+    assert not given_up(5.0, searched=False)  # it may yet be led out of a wrong minimum
     assert given_up(5.0, searched=False, rounds=0)
     assert not given_up(2.0, searched=True)
     assert not given_up(5.0, searched=True, horizon=0.01)  # one end may not have touched
-    assert not given_up(9.0, searched=True, others=())  # no cause at all: the next contact may tell
+    assert not given_up(9.0, searched=True, others=())  # no cause at all: the next contact may show one
     again = _Contest(Search(plain, (), (0.006,), lambda _: None), lost, [], 0.014)
     assert [again._given_up(9.0, True) for _ in range(2)] == [False, True]
 
@@ -393,14 +393,14 @@ def test_one_model_goes_on_alone_where_it_leaves_noise_alone_and_no_other_comes_
     fails = contender(plain, (), 0, 1.6)
     assert decided(fails, [angle, gain], plain.horizon)
     assert not decided(fails, [contender(plain, ("probe_angle@DE_A",), 50, 0.95), gain], plain.horizon)
-    assert not decided(contender(plain, (), 50, 0.95), [angle, gain], plain.horizon)  # the plain one comes near
+    assert not decided(contender(plain, (), 50, 0.95), [angle, gain], plain.horizon)  # the plain model comes near
     assert not decided(fails, [angle, contender(plain, ("probe_gain@DE_A",), 0, 1.2)], plain.horizon)
     left_behind = replace(contender(plain, (), 5000, 0.95), horizon=plain.horizon / 2)
     assert decided(left_behind, [angle, gain], plain.horizon)
 
 
 def test_waves_that_stand_still_are_found_from_a_wrong_phase(crew):
-    """Only with the cages turned to it does a phase show what it can; from here a plain fit of the same waves fails."""
+    """A phase fits only with the cage angles that belong to it; a single fit of the same waves from here fails."""
     problem = problem_of(crew, "race_waviness:end=DE,amplitude=6 um,order=6,race=outer,phase=100 deg")
     bare = Contender((), problem, fit(problem, problem.start, 0.014), 0.014, 0.8)
     assert bare.fails
@@ -431,7 +431,7 @@ def test_what_goes_with_the_machine_is_small_beside_it_only(gained):
 
 
 def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
-    """A support with play in the place of one that hardens."""
+    """A loose support in the place of a hardening one."""
     problem = problem_of(crew, "hardening_support:end=DE,cubic=1e18 N/m^3")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     kinds = ("loose_support", "hardening_support")
@@ -448,7 +448,7 @@ def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
     assert found.horizon == 0.018
     assert not found.fails
     assert found.starts()[0].shared["cubic"] == pytest.approx(1e18, rel=0.1)
-    assert exchanged(fallen, found, asked, horizons) is found  # nothing does better
+    assert exchanged(fallen, found, asked, horizons) is found  # no exchange is better
 
 
 @pytest.mark.parametrize(
@@ -458,7 +458,7 @@ def test_a_cause_that_fails_is_exchanged_for_one_begun_in_the_fall(crew):
 def test_a_cause_that_held_and_fails_is_exchanged_where_one_more_beside_it_is_in_vain(
     competed, monkeypatch, horizon, asks, held, tried
 ):
-    """A probe's gain beside a hardening support: at 14 ms an anisotropic support in its place left noise alone."""
+    """A probe gain and a hardening support: at 14 ms an anisotropic support in its place left noise alone."""
     from tdbmon.diagnosis import contest as module
 
     plain = plain_of(competed)

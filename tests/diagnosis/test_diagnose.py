@@ -70,7 +70,7 @@ def test_one_drop_says_what_is_lost():
 
 
 def test_a_record_that_ends_early_says_what_is_lost_of_all():
-    """One of 30 ms after the release stopped the comparison of all drops at 27 ms, and nobody said so."""
+    """A record of 30 ms after the release limited the comparison of all drops to 27 ms, without a remark."""
     from tdbmon.diagnosis.diagnose import _ending_remarks
     from tdbmon.identify.drop import measured_drop
     from tdbmon.record.read import read
@@ -90,7 +90,7 @@ def test_a_record_that_ends_early_says_what_is_lost_of_all():
 
 
 def test_an_effect_at_an_angle_of_one_drop_is_sought_anew():
-    """It stood in the model of all drops at the angle of the first, and its like was no suspect there."""
+    """Lobes stood in the model of all drops at the angle of the first, and kept their like from being suspects there."""
     from tdbsim.stated_effects import parse
 
     from tdbmon.diagnosis.standing import standing_in_all_drops
@@ -112,7 +112,7 @@ def test_an_effect_at_an_angle_of_one_drop_is_sought_anew():
 
 
 def test_a_record_of_another_machine_is_no_case_for_the_catalogue():
-    """All suspects were fitted for minutes, and the verdict named what left 154 times the noise."""
+    """All suspects were fitted for minutes, and a model that left 154 times the noise was named."""
     from tdbmon.diagnosis.diagnose import _mistake
     from tdbmon.identify.drop import measured_drop
     from tdbmon.record.read import read
@@ -127,7 +127,7 @@ def test_a_record_of_another_machine_is_no_case_for_the_catalogue():
 
 
 def test_an_extended_file_of_an_earlier_run_is_told_where_none_is_written(monkeypatch, tmp_path):
-    """It stayed where the new one was asked for, and looked like what was found."""
+    """The old file stayed at the path of the new one and looked like the result."""
     from tdbmon.diagnosis import command
 
     monkeypatch.setattr(command, "extended_machine", lambda _: None)
@@ -138,7 +138,7 @@ def test_an_extended_file_of_an_earlier_run_is_told_where_none_is_written(monkey
 
 
 def test_what_takes_long_before_the_search_is_told(monkeypatch):
-    """A minute of fits went by under "reading levitation and noise"."""
+    """A minute of fits was shown as "reading levitation and noise"."""
     from tdbmon.diagnosis import diagnose as module
     from tdbmon.record.read import read
 

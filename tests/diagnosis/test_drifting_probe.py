@@ -11,12 +11,12 @@ from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
 HORIZONS = (0.006, 0.01, 0.014, 0.018, 0.022)
 END_S = HORIZONS[-1]
-DRIFT = -6e-6  # m by then, of which the values of the model take up some tenths of a micrometre
+DRIFT = -6e-6  # m at the end, of which the model's values take up some tenths of a micrometre
 
 
 @pytest.fixture(scope="module")
 def drifted(crew):
-    """The plain model fitted to drops in which one probe drifts, no parabola."""
+    """The plain model fitted to drops in which one probe drifts, not by a parabola."""
 
     def drift(since, angle, axes):
         moved = DRIFT * (1 - np.exp(-np.maximum(since, 0.0) / 0.03)) / (1 - np.exp(-END_S / 0.03))
@@ -36,7 +36,7 @@ def test_a_probe_that_drifts_is_told_with_how_far(drifted):
     ("cause", "left", "told"), [("thermal_growth@NDE", 0.7, False), ("race_waviness@NDE", 0.7, True)]
 )
 def test_a_cause_that_leaves_less_than_a_drift_is_likelier_but_for_one_that_fits_much(drifted, cause, left, told):
-    """A growth by heat left 2200 less than a drift (sum of squares), which was told instead of it."""
+    """A growth by heat left a sum of squares 2200 less than a drift, but the drift was reported."""
     best = contender(drifted, (cause,), 0, left)
     assert not best.fails
     assert (drifting_probe(drifted, best, HORIZONS) is not None) == told

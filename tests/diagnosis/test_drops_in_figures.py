@@ -48,7 +48,7 @@ def _spectra(residuals: Sequence[Spectrum], names: Sequence[str]) -> Figure:
 
 
 def test_long_names_of_drops_have_room(evidence: Evidence, residuals: list[Spectrum]) -> None:
-    """They covered each other above the panels and left the page below them."""
+    """The names overlapped above the panels and ran off the page below them."""
     lefts = [replace(left, name=name) for left, name in zip(evidence.plain_left, LONG, strict=True)]
     forces = [replace(each, drop=name) for each, name in zip(evidence.plain_force, LONG, strict=True)]
     for drawing in (
@@ -64,7 +64,7 @@ def test_long_names_of_drops_have_room(evidence: Evidence, residuals: list[Spect
 
 
 def test_long_names_of_ends_and_probes_have_room(evidence: Evidence, residuals: list[Spectrum]) -> None:
-    """They were higher than the panels beside which they stand."""
+    """The names were higher than the panels beside which they stand."""
     ends = dict(zip(ENDS, ("Nichtantriebsseite", "Antriebsseite"), strict=True))
     lefts = [
         replace(left, probes=tuple(p.model_copy(update={"name": f"{ends[p.end]} {p.name[-1]}"}) for p in left.probes))
@@ -82,7 +82,7 @@ def test_long_names_of_ends_and_probes_have_room(evidence: Evidence, residuals: 
 
 
 def test_of_many_drops_each_has_a_look_of_its_own(evidence: Evidence, residuals: list[Spectrum]) -> None:
-    """From the seventh on they had the colours of the first, and their legend stood on the axes."""
+    """From the seventh on drops repeated the colours of the first, and their legend covered the axes."""
     names = [f"drop_{k:02d}.nc" for k in range(20)]
     for drawing in (_spectra(residuals, names), _places(evidence, names)):
         assert faults(drawing) == []
@@ -92,16 +92,16 @@ def test_of_many_drops_each_has_a_look_of_its_own(evidence: Evidence, residuals:
 
 
 def test_a_drop_from_standstill_has_no_orders(residuals: list[Spectrum]) -> None:
-    """Its frequencies were divided by nought."""
+    """Its frequencies were divided by zero."""
     with warnings.catch_warnings():
         warnings.simplefilter("error", RuntimeWarning)
         drawing = rendered(residual_spectrum([replace(each, speed=0.0) for each in residuals]))
         frequencies, orders = drawing.axes[:2]
-    assert len(frequencies.lines) > len(orders.lines) == 1  # that of nought
+    assert len(frequencies.lines) > len(orders.lines) == 1  # the one at zero
 
 
 def test_the_key_of_the_arrows_stands_in_its_axes_and_tells_small_forces(evidence: Evidence) -> None:
-    """It stood on their frame; of a tenth of a newton it said 0 N, and of 40 arrows where there were fewer."""
+    """The key stood on the frame, said 0 N for a tenth of a newton, and 40 arrows where there were fewer."""
     small = [replace(each, force=each.force * 1e-4, band=each.band * 1e-4) for each in evidence.plain_force]
     drawing = rendered(force_against_place(small, ENDS, (2.5e-4, 2.5e-4), (97.0, 148.0)))
     for ax, each in ((ax, end) for end, ax in enumerate(drawing.axes[::2])):

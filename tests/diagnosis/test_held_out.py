@@ -9,7 +9,7 @@ from tdbmon.diagnosis.held_out import HeldOut, telling_drops
 from tdbmon.identify.stages import Stages
 
 FLOOR = 0.95
-WEAK = (0.9, 0.94, 0.95, 0.92)  # a plain model that leaves noise alone
+WEAK = (0.9, 0.94, 0.95, 0.92)  # ratios of a plain model that holds
 
 
 def plain(speeds, ratios):
@@ -28,7 +28,7 @@ def plain(speeds, ratios):
     ("speeds", "ratios", "order"),
     [
         ((60, 100, 150, 210), (3.0, 3.1, 2.9, 3.0), [1, 2, 0, 3]),  # all fail: the middle ones first
-        ((210, 60, 150, 100), (3.0, 3.0, 2.5, 2.9), [3, 2, 1, 0]),  # by speed, not by place
+        ((210, 60, 150, 100), (3.0, 3.0, 2.5, 2.9), [3, 2, 1, 0]),  # by speed, not by index
         ((60, 100, 150, 210), (5.4, 1.25, 1.12, 1.15), [0, 1, 2, 3]),  # one fails: that first
         ((60, 100, 150, 210), (0.9, 0.94, 0.95, 0.92), [1, 2, 0, 3]),  # none fails
         ((60, 100), (1.0, 2.0), [1, 0]),
@@ -39,14 +39,14 @@ def test_a_drop_in_which_the_plain_model_fails_is_held_out_the_middle_one_of_sev
 
 
 def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True, drop_specific=False, fits_much=False):
-    """The proof where plain and extended model leave so many times the noise (1 um) at the horizons in turn."""
+    """The proof for rms residuals `left` of plain and extended model, in units of the noise (1 um), at successive horizons."""
     seen = dict(zip((0.022, 0.027, 0.033, 0.04), left, strict=True))
 
     def made(index, _, horizon):
         bare, wide = seen[horizon]
         return HeldOut((f"drop_{index}",), bare * 1e-6, wide * 1e-6, 1e-6, bare**2, wide**2)
 
-    # whatever the horizon to which they are judged, both are taught all that the other drops know
+    # whatever the horizon of the comparison, both models are fitted to the whole horizon of the other drops
     monkeypatch.setattr(held_out, "taught", lambda _, index, horizon: {0.04: index}[horizon])
     monkeypatch.setattr(held_out, "judged", made)
     extended = SimpleNamespace(horizon=0.04, drop_specific=drop_specific, in_contacts=in_contacts, fits_much=fits_much)
@@ -54,7 +54,7 @@ def proof_of(monkeypatch, left, ratios=(5.4, 1.25, 1.12, 1.15), in_contacts=True
 
 
 def test_a_drop_proves_nothing_before_the_plain_model_fails_there(monkeypatch):
-    """A right model leaves some more than noise of a drop that it was not fitted to: by chance the plain one may leave less."""
+    """A right model leaves a little more than noise in a held-out drop; by chance the plain one may leave less."""
     proof = proof_of(monkeypatch, [(1.3, 1.5), (1.9, 1.7), (2.5, 2.5), (4.0, 1.4)])
     assert proof.drops == ("drop_0",)
     assert proof.gain == pytest.approx(1 - 0.4 / 3.0)
@@ -82,8 +82,8 @@ def test_beside_a_plain_model_that_leaves_noise_what_acts_in_contacts_needs_two_
     ("left", "ratios", "fits_much", "asked"),
     [
         ((1.3, 1.28), WEAK, True, 2),
-        ((1.3, 1.05), WEAK, True, 1),  # seen in readings of one
-        ((1.3, 1.05), WEAK, False, 2),  # what acts in contacts
+        ((1.3, 1.05), WEAK, True, 1),  # one drop proves it in readings
+        ((1.3, 1.05), WEAK, False, 2),  # a contact cause needs a second drop
         ((1.6, 1.4), (1.3, 1.25, 1.12, 1.15), True, 2),
         ((1.6, 1.4), (1.3, 1.25, 1.12, 1.15), False, 1),
         ((1.6, 1.4), (5.4, 1.25, 1.12, 1.15), True, 1),

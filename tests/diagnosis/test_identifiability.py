@@ -1,4 +1,4 @@
-"""What drops could tell before any record: on suspects of the sensors and a few of the machine, quick to reckon."""
+"""What drops could show before any record, for suspects of the sensors and a few of the machine, which are quick to compute."""
 
 import json
 import math
@@ -63,7 +63,7 @@ def test_no_further_drop_parts_an_effect_from_itself(found):
 def test_a_gains_size_goes_with_the_noise(found, among):
     louder = identifiability(drops.machine(), [100.0], 2 * NOISE, among=among[:1])
     before = next(each.size.value for each in found.detectable if each.suspect.name == "probe_gain@DE_A")
-    # what is known beforehand of the machine does not grow with the noise, so it falls a little short of twice
+    # priors of the machine's values do not grow with the noise, so the size falls a little short of twice
     assert louder.detectable[0].size.value / before == pytest.approx(2.0, rel=0.1)
 
 
@@ -75,7 +75,7 @@ def test_a_second_drop_shows_smaller_gains(found, among):
 
 
 def test_effects_that_the_machine_has_already_are_told(found):
-    """They act in the drops and are not tried at their place, where they were missing without a word."""
+    """Such effects act in the drops and are not tried at their place; the output did not say so."""
     oval = parse("oval_clearance:end=DE,amplitude=20 um,angle=35 deg")
     wider = replace(found, machine=with_effects(found.machine, [oval]))
     said = "in the machine already, and not tried at its place: oval clearance at DE (amplitude 20 um, angle 35 deg"
@@ -114,12 +114,12 @@ def test_a_line_says_of_what_the_size_is_a_limit(found):
     assert "stiffness up to about 7.6e+09 N/m" in lines[2]
     assert lines[2].index("0.85") == head.index("similarity")
     far = replace(made, detectable=(replace(support, suspect=replace(stiff, where="compressor wheel")), support))
-    head, *lines = identifiability_lines(far)[1:4]  # a place longer than its column ran into the size
+    head, *lines = identifiability_lines(far)[1:4]  # a place name longer than its column ran into the size
     assert {line.index("stiffness") for line in lines} == {head.index("detectable")}
 
 
 def test_long_cells_keep_the_columns_apart(found):
-    """`torque not to be seen so early up to 0.6 N m0.73` was told, and a cooling time of 20 without its unit."""
+    """The output had `torque not to be seen so early up to 0.6 N m0.73`, and a cooling time of 20 without unit."""
     machine = drops.machine()
     growth = next(each for each in suspects(machine, machine.probes, ()) if each.name == "thermal_growth@NDE")
     unseen = Estimate.missing("nm/J", "made up")
@@ -131,7 +131,7 @@ def test_long_cells_keep_the_columns_apart(found):
 
 
 def test_drops_of_a_toothed_wheel_are_read(among):
-    """Sixty pulses a revolution at 100 Hz lay closer than the samples told apart: without a speed channel no drop was read."""
+    """Sixty pulses per revolution at 100 Hz are closer than samples resolve: without a speed channel no drop was read."""
     machine = drops.machine()
     wheel = machine.keyphasor.model_copy(update={"pulses_per_revolution": 60})
     found = identifiability(
@@ -141,7 +141,7 @@ def test_drops_of_a_toothed_wheel_are_read(among):
 
 
 def test_a_size_that_no_machine_has_is_not_told():
-    """A ring's drag hardly shows in the first milliseconds: a linear reckoning went on to tens of N m."""
+    """A ring's drag hardly shows in the first milliseconds: a linear extrapolation went to tens of N m."""
     machine = drops.machine()
     drag = [each for each in suspects(machine, machine.probes, ()) if each.name == "ring_drag@DE"]
     found = identifiability(machine, [100.0], NOISE, among=drag)
@@ -161,7 +161,7 @@ def test_a_size_that_no_machine_has_is_not_told():
     [
         (0.0, 0.0, 2.0, 1.0, 4.0, 1.25),  # 1.25 trial sizes
         (0.0, 0.0, 2.0, 1.0, 2.0, 2.0),  # 2.5, beyond the catalogue's largest
-        (0.0, 0.0, 50.0, 1.0, 1.0, 4.0),  # 5, beyond what is believed
+        (0.0, 0.0, 50.0, 1.0, 1.0, 4.0),  # 5, beyond the limit of extrapolation
         (math.inf, 0.1, math.inf, 1.0, 10.0, 2.0),  # half a trial: a spring twice as stiff shows
         (math.inf, 0.5, math.inf, 1.0, 2.0, 0.5),
     ],
@@ -195,7 +195,7 @@ def test_bad_input_is_one_line_and_exit_code_two(arguments, told, capsys):
 
 
 def test_a_force_that_dies_at_once_is_a_later_release_but_for_the_square_of_its_time():
-    """Taken in proportion, some microseconds of it should have shown, of which blind cases did not show two hundred."""
+    """By a linear rule some microseconds of decay time should have shown; blind cases did not show two hundred."""
     machine = drops.machine()
     force = [
         each

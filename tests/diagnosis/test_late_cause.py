@@ -23,7 +23,7 @@ GROWTH = ("thermal_growth@DE",)
 
 
 def plain_of(crew, *effects):
-    """The plain model at the first contacts of two drops that have 0.35 s more."""
+    """The plain model fitted to the first contacts of two drops with 0.35 s more of record."""
     return settled_plain(problem_of(crew, *effects, speeds=SPEEDS, seconds=0.35), 0.006, 0.01, 0.014, 0.018)
 
 
@@ -38,7 +38,7 @@ def unhidden(crew):
 
 
 def test_friction_that_shows_late_only_is_found_with_place_and_size(crew, monkeypatch):
-    # one of the laws and of the speeds that are tried first: a sixth of the trials
+    # one law and one slip speed of the first trials: a sixth of them
     monkeypatch.setattr("tdbmon.diagnosis.late_cause._SHAPES", (2.0,))
     hidden = f"stribeck_friction:end=both,static_excess={EXCESS},stribeck_speed={SPEED} m/s,law=gaussian"
     plain = plain_of(crew, hidden)
@@ -64,7 +64,7 @@ def test_friction_that_shows_late_only_is_found_with_place_and_size(crew, monkey
 
 
 def test_values_and_their_spread_are_those_of_the_trials_by_how_good_they_are(unhidden):
-    """Made-up trials, of which each drop likes another, and one against which the readings are."""
+    """Made-up trials, of which each drop fits another best, and one that the readings contradict."""
     suspect = named(unhidden, GROWTH)[0]
     size = suspect.sizes[0][0]
     bare = Rest((made(4.0, name="a.nc"), made(4.0, name="b.nc")), None)
@@ -80,7 +80,7 @@ def test_values_and_their_spread_are_those_of_the_trials_by_how_good_they_are(un
     assert cause.best([0]) in trials[:2]
     share = cause.sigmas[size.name] / size.typical
     assert 0.2 < share < math.log(2)
-    # values that are as bad as without the cause tell nothing
+    # values as bad as without the cause do not count
     worse = LateCause(unhidden, bare, suspect, (trial(0.5, 4.0, 4.0), trials[1], trial(2.0, 4.0, 4.0)))
     assert worse.sigmas[size.name] / size.typical < share / 2
     proof = cause.proof()

@@ -1,4 +1,4 @@
-"""The rest of the record after paths have parted, on drops of the same simulator (synthetic)."""
+"""The rest of the record after paths diverge, on drops of the same simulator (synthetic)."""
 
 from dataclasses import replace
 
@@ -20,15 +20,15 @@ from tdbmon.diagnosis.late_record import (
 )
 from tests.diagnosis.simulated import problem_of, settled_plain, with_readings
 
-AHEAD_S = 0.06  # s after the release, from which on the shaft whirls so much more
+AHEAD_S = 0.06  # s after the release, from which on the shaft whirls more by MORE
 MORE = 8e-5  # m
 DRIFT = 3e-5  # m
 
 
 def made(times=1.0, shift=0.0, turned=None, name="a.nc", count=12, windows=5):
-    """A drop that whirls so many times as far as its simulations, and that its second probe sees shifted.
+    """A drop that whirls `times` as far as its simulations, and is shifted at its second probe.
 
-    Its simulations have all phases; with an angle, one, by which the drop is turned.
+    The simulations have all phases; with `turned`, one phase, from which the drop's differs by that angle.
     """
     rng = np.random.default_rng(3)
     whirls = 1e-5 * np.exp(0.1 * rng.standard_normal((count, windows)))
@@ -84,7 +84,7 @@ def test_one_drop_of_several_is_enough_where_it_departs_plainly():
 def test_a_whirl_as_long_but_turned_is_seen_where_simulations_know_its_phase():
     same, turned = made(turned=0.0), made(turned=0.6, name="b.nc")
     assert same.vector_departure < 0.5 and abs(turned.whirl_departure) < 0.1
-    # 2 sin(0.3) of its length, beside 0.1 of spread and 0.15 of laws that are off, and half a micrometre
+    # 2 sin(0.3) of its length, against a spread of 0.1, 0.15 for inexact laws and half a micrometre
     assert turned.vector_departure == pytest.approx(2 * np.sin(0.3) / np.hypot(np.hypot(0.1, 0.15), 0.05), rel=0.1)
     off = f"{turned.vector_departure:.1f} standard deviations off in b.nc"
     assert f"the 1X vector is {off}, {off}" in acts_later([same, turned, turned, same])
@@ -120,7 +120,7 @@ def test_a_probe_must_see_the_shaft_elsewhere_on_average():
 
 @pytest.fixture(scope="module")
 def plain(crew):
-    """The plain model at the fall of two drops that have 0.35 s more."""
+    """The plain model fitted to the fall of two drops with 0.35 s more of record."""
     return settled_plain(problem_of(crew, seconds=0.35), 0.006, 0.01, 0.014, 0.018)
 
 
@@ -172,7 +172,7 @@ def test_without_a_keyphasor_or_a_longer_record_nothing_is_told(plain):
 
 
 def test_it_is_said_that_the_rest_of_the_record_is_not_looked_at_and_why(plain):
-    """Without a keyphasor, or in a short record, nothing was told of it, and the verdict none said no more."""
+    """Without a keyphasor, or with a short record, there was no remark, not even beside the verdict none."""
     problem = plain.problem
     first, *others = problem.drops
     mute = replace(first, pulse_times=np.empty(0), pulse_angles=np.empty(0))
@@ -184,7 +184,7 @@ def test_it_is_said_that_the_rest_of_the_record_is_not_looked_at_and_why(plain):
 
 
 def test_before_the_first_pulse_the_shaft_turns_from_where_it_was_released(plain):
-    """A slow shaft passes its mark first when the windows have begun."""
+    """On a slow shaft the first pulse comes after the first window has begun."""
     problem, drops = plain.problem, []
     for drop in problem.drops:
         later = drop.pulse_times - drop.release > plain.horizon + 0.03

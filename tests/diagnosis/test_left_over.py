@@ -1,4 +1,4 @@
-"""What a model leaves, from residuals made up to a plan (synthetic)."""
+"""Residuals of a model, made up to a plan (synthetic)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SIGMA = 0.25e-6
 
 
 def _readings(drop: LeftOver, first: np.ndarray, second: np.ndarray) -> np.ndarray:
-    """What the probes read of a straight shaft that is at x + i y (k,) at the two ends."""
+    """The probes' readings of a straight shaft at x + i y (k,) at the two ends."""
     a, b = (bearing.position for bearing in drops.machine().touchdown_bearings)
     share = [(probe.position - a) / (b - a) for probe in drop.probes]
     return np.array(
@@ -87,7 +87,7 @@ def test_what_is_louder_in_a_phase_is_found_there_and_nowhere_else() -> None:
     assert table[name][PHASES.index("fall")] < 1.5 and table[name][PHASES.index("after")] < 1.5
     assert all(np.nanmax(table[probe.name]) < 1.6 for probe in drop.probes[1:])
     other = [probe.name for probe in drop.probes if probe.end == machine.ends[1]]
-    assert all(np.isnan(table[name][2:]).all() for name in other)  # that end touches nothing: it falls all the time
+    assert all(np.isnan(table[name][2:]).all() for name in other)  # that end never touches: it falls all the time
 
 
 def test_directions_follow_the_place_of_the_shaft() -> None:
@@ -100,9 +100,9 @@ def test_directions_follow_the_place_of_the_shaft() -> None:
     first, second = by_direction([moved])
     assert first[2] > 10 and first[3] < 1e-6 * first[2]
     assert second[3] > 10 and second[2] < 1e-6 * second[3]
-    np.testing.assert_allclose(first[:2].mean(), first[2] / np.sqrt(2), rtol=0.02)  # it turns: half in x, half in y
+    np.testing.assert_allclose(first[:2].mean(), first[2] / np.sqrt(2), rtol=0.02)  # it rotates: half in x, half in y
     lacking = moved.measured.copy()
-    lacking[0, COUNT // 3 :] = np.nan  # the rest of its readings is not as simulated, it is not there
+    lacking[0, COUNT // 3 :] = np.nan  # the rest of its readings is missing, not equal to the simulated one
     fewer, _ = by_direction([replace(moved, measured=lacking)])
     assert fewer[2] == pytest.approx(first[2]) and fewer[3] < 1e-6 * fewer[2]
     blind = replace(moved, to_ends=np.zeros((2, 4), dtype=complex))
@@ -138,7 +138,7 @@ def test_a_line_at_standstill_is_of_no_order() -> None:
 
 
 def test_samples_that_a_probe_lacks_change_no_line() -> None:
-    """As nought they made a forward whirl smaller, and gave it a backward one: the other probe of the end went on."""
+    """Taken as zero they made a forward whirl smaller and added a backward one, since the end's other probe went on."""
     drop = bare(SIGMA)
     rng = np.random.default_rng(4)
     left = _readings(drop, 3e-6 * np.exp(1j * drop.omega * drop.time), np.zeros(COUNT))

@@ -69,10 +69,10 @@ def test_drops_that_no_probe_has_in_common_tell_nothing(moved):
 
 
 def _made_up(drops, rng, *, step, smooth):
-    """The drops with a surface `smooth` times what noise makes of all readings, and a mark that moves by a step a drop."""
+    """The drops with a runout `smooth` times the noise of all phasors together, and a mark that moves by a step per drop."""
     sigma = drops[0].noise[0].order_sigma
     surface = rng.standard_normal(4) + 1j * rng.standard_normal(4)
-    surface *= smooth * sigma * 2 / np.linalg.norm(surface)  # four probes: noise makes twice a part's sigma of them all
+    surface *= smooth * sigma * 2 / np.linalg.norm(surface)  # noise of all four probes: twice the sigma of one
     made = []
     for k, drop in enumerate(drops):
         chance = sigma * (rng.standard_normal(4) + 1j * rng.standard_normal(4))
@@ -97,7 +97,7 @@ def test_noise_alone_moves_no_mark_and_hides_few_that_moved(moved, smooth):
 
 
 def test_ends_that_turn_each_by_itself_hardly_look_like_a_moved_mark(moved):
-    """Of 48 choices of three from four drops of the rig (synthetic), whose runout is so, one looked turned alike."""
+    """Of 48 choices of three out of four drops of the rig (synthetic), with such runout, one looked turned alike."""
     drops, _ = moved
     rng = np.random.default_rng(5)
     told = [moved_mark(_ends_turned(drops, rng)) is not None for _ in range(2000)]
@@ -105,7 +105,7 @@ def test_ends_that_turn_each_by_itself_hardly_look_like_a_moved_mark(moved):
 
 
 def _ends_turned(drops, rng):
-    """The drops with a surface of one size at both ends that lies elsewhere at each end in every drop."""
+    """The drops with runout of one size at both ends, at another angle at each end in every drop."""
     made = []
     for drop in drops:
         at = {end: np.exp(1j * rng.uniform(0, 2 * math.pi)) for end in ("NDE", "DE")}

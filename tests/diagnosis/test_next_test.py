@@ -27,7 +27,7 @@ def test_nothing_more_is_needed_only_after_drops_from_several_speeds(competed):
 
 
 def test_a_rest_of_the_record_that_was_not_looked_at_is_asked_for(competed):
-    """It was "none needed" beside a remark that what acts later is not excluded."""
+    """The next test was "none needed", beside a remark that late causes are not excluded."""
     nothing = Verdict(Kind.NONE, (), (), "")
     assert next_test(nothing, tuple(competed)).startswith("none needed")
     assert "with a keyphasor, recorded for half a second" in next_test(nothing, tuple(competed), rest_seen=False)
@@ -48,7 +48,7 @@ def test_what_is_named_is_looked_at_on_the_machine_before_another_drop(competed)
 
 
 def test_what_the_machine_file_states_exactly_comes_before_another_drop(competed):
-    """A file without tolerances ended as unknown, and its owner was to drop again."""
+    """A file without tolerances ended as unknown, with further drops as the next test."""
     plain = plain_of(competed)
     machine = load_machine(shipped("short/machine.toml"))
     assert stated_exactly(machine) == [] == [*exact_remarks(machine)]
@@ -70,7 +70,7 @@ def test_what_the_machine_file_states_exactly_comes_before_another_drop(competed
 
 
 def test_a_cause_that_may_be_nothing_is_looked_at_on_the_machine_too(competed):
-    """A gain that was the only cause was to be told from a leak of the other probe."""
+    """The next test for a gain, the only cause, was to separate it from crosstalk of the other probe."""
     cause = next(each for each in competed if each.causes)
     named, open_ = (Verdict(kind, (cause,), (), "", or_nothing=True) for kind in (Kind.NAMED, Kind.AMBIGUOUS))
     assert next_test(open_, competed) == next_test(named, competed)

@@ -1,4 +1,4 @@
-"""What has changed since earlier drops: drops of the simulator itself (synthetic), so no test of its physics."""
+"""What has changed since earlier drops, on drops of the simulator itself (synthetic; no test of its physics)."""
 
 import json
 import re
@@ -72,16 +72,16 @@ def test_a_gap_that_the_ball_clearance_makes_up_for_has_not_changed():
         return nominal | {name: Estimate.from_sigma(value, 1e-7, "um", "test") for name, value in moved.items()}
 
     before = values(250e-6, 17e-6)
-    assert changes(machine, before, values(247.2e-6, 22.8e-6)) == ()  # the balls are met where they were
+    assert changes(machine, before, values(247.2e-6, 22.8e-6)) == ()  # gap and half the clearance: same sum
     assert {each.name for each in changes(machine, before, values(250e-6, 22.8e-6))} == {"NDE.diametral_clearance"}
     assert (
         changes(machine, before, values(250e-6, 20.5e-6)) == ()
-    )  # a clearance by itself is known to its tolerance only
+    )  # a clearance alone must change by its whole tolerance
     assert {each.name for each in changes(machine, before, values(285e-6, 17e-6))} == {"NDE.radial_gap"}
-    assert smaller(machine, before, values(285e-6, 17e-6)) == ()  # it is told as a change
+    assert smaller(machine, before, values(285e-6, 17e-6)) == ()  # it is listed as a change
     assert smaller(machine, before, values(247.2e-6, 22.8e-6)) == ()
     least = next(p.scale for p in machine_parameters(machine) if p.name == "NDE.radial_gap")
-    worn = values(250e-6 + 0.8 * least, 17e-6)  # far beyond its interval, and no word of it
+    worn = values(250e-6 + 0.8 * least, 17e-6)  # far beyond its interval, but without a remark before
     assert changes(machine, before, worn) == ()
     (said,) = smaller(machine, before, worn)
     assert said.startswith("NDE.radial_gap differs too, 250.00 µm")
@@ -98,7 +98,7 @@ def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before)
 
 
 def diagnosed(machine, kind=Kind.NONE, ratio=1.0, **wanted):
-    """A diagnosis of nobody knows which drops, with values of the machine that are known to a tenth of their tolerances."""
+    """A made-up diagnosis with values of the machine known to a tenth of their tolerances."""
     values = {p.name: Estimate.from_sigma(p.nominal, p.scale / 20, p.unit, "test") for p in machine_parameters(machine)}
     problem = SimpleNamespace(drops=(SimpleNamespace(name="a.nc"),))
     plain = SimpleNamespace(causes=(), ratio=ratio, times_noise=f"{ratio:g}", problem=problem)
@@ -127,7 +127,7 @@ def test_a_value_far_beyond_its_tolerance_has_changed_where_the_reference_fits_t
     (change,) = told.changes
     assert (change.name, change.before.value) == ("NDE.support_stiffness", 1.31e8)
     assert change.since.value == 5e7 and change.since.low < 5e7 < change.since.high
-    assert since.verdict.kind is Kind.UNKNOWN  # more is missing than tolerances allow, and it is no effect
+    assert since.verdict.kind is Kind.UNKNOWN  # the change exceeds the tolerance, and no effect stands for it
     assert (
         "NDE.support_stiffness changed beyond what it allows; with that change the plain model leaves 1.02"
         in since.verdict.why
@@ -137,7 +137,7 @@ def test_a_value_far_beyond_its_tolerance_has_changed_where_the_reference_fits_t
     assert "changed since: NDE.support_stiffness" in said
     assert not any(words in said for words in ("not compared", "no value", "wider"))
 
-    # reference drops that the file does not follow either tell nothing of the file: it may be wrong
+    # if the reference drops do not fit the file either, it may be wrong
     asked.clear()
     monkeypatch.setattr(reference, "diagnose", diagnose_of(diagnosed(machine, Kind.UNKNOWN, 40.0)))
     since, told = diagnose_since(machine, [], [], lambda _: None)
@@ -161,14 +161,14 @@ def test_a_fit_that_does_not_follow_its_drops_tells_nothing_of_their_values():
     edge = {p.name: replace(lost.values[p.name], value=p.high) for p in machine_parameters(machine)}
     told = compared(machine, before, replace(lost, values=edge), {})
     assert (told.changes, told.remarks) == ((), ())
-    _, line = reference_lines(told)  # no list of innocent values, and no word that nothing has changed
+    _, line = reference_lines(told)  # neither a list of values, nor the line that nothing has changed
     assert line.startswith(
         "  not compared: values of the machine: the model leaves 61 times what noise would in the later drops"
     )
     # a change that explains the first contacts stands, without an interval
     (change,) = compared(machine, before, lost, SOFT).changes
     assert (change.since.value, change.since.low) == (5e7, None)
-    # what acts late only leaves the values as they are
+    # a late cause does not affect the values
     late = diagnosed(machine, Kind.UNKNOWN, 1.1)
     assert compared(machine, before, late, {}).not_compared == ""
 
@@ -183,7 +183,7 @@ def test_a_changed_value_that_the_file_states_without_tolerance_is_told_from_wha
 
 
 def test_a_changed_value_that_a_later_fit_puts_within_its_tolerance_is_told_once():
-    """The first contacts want more than the tolerance; the fit beside causes may come back into it."""
+    """The first contacts fit a value beyond the tolerance; the later fit with causes may return into it."""
     machine = load_machine(shipped("short/machine.toml"))
     before, since = diagnosed(machine), diagnosed(machine)
     gap = next(p for p in machine_parameters(machine) if p.name == "NDE.radial_gap")
@@ -232,7 +232,7 @@ def test_a_record_on_both_sides_is_refused():
     record = drops.drop(seconds=0.03)
     with pytest.raises(InputError, match=r"drop_97\.nc is given as reference and as record"):
         diagnose_since(drops.machine(), [record], [record], lambda _: None)
-    rounded = record.map(lambda channel: channel.round(9), keep_attrs=True)  # as another format has it
+    rounded = record.map(lambda channel: channel.round(9), keep_attrs=True)  # as in another format
     with pytest.raises(InputError, match=r"drop_97\.nc is given as reference and as record"):
         diagnose_since(drops.machine(), [record], [rounded], lambda _: None)
 
@@ -269,7 +269,7 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
 
 
 def test_what_the_reference_drops_lack_is_told_too():
-    """A dead probe in one of them was told to nobody."""
+    """A dead probe in one of them was not reported."""
     machine = load_machine(shipped("short/machine.toml"))
     lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: none can be held out")
     told = compared(machine, replace(diagnosed(machine), remarks=lacks), diagnosed(machine), {}).remarks
@@ -277,7 +277,7 @@ def test_what_the_reference_drops_lack_is_told_too():
 
 
 def test_of_values_without_a_tolerance_none_is_said_to_have_stayed(tmp_path):
-    """Nothing was fitted, and "no value of the machine has changed" was said of it."""
+    """No value was fitted, but the output said "no value of the machine has changed"."""
     stated = re.sub(
         r'\{ nominal = ("?[^,]*?"?), tolerance = "[^"]*" \}', r"\1", shipped("short/machine.toml").read_text()
     )

@@ -82,7 +82,7 @@ def test_what_is_told_beside_the_verdict_is_no_alarm(named: Diagnosis, evidence:
 
 
 def test_a_frequency_is_told_as_closely_as_the_time_tells_it(evidence: Evidence) -> None:
-    """40 ms were said to hold a line near 19 Hz."""
+    """From 40 ms a line near 19 Hz was reported."""
     words = words_of(Document("", "", (diagnosis_remains.remains(evidence),)))
     resolution = 2 / HORIZONS[-1]  # Hann window
     near = [float(each) for each in re.findall(r"strongest near (\d+) Hz", words)]
@@ -130,7 +130,7 @@ def test_fitted_values_stand_beside_those_of_the_machine_file(named: Diagnosis, 
 
 
 def test_a_value_that_changed_stands_beside_what_the_machine_file_has(named: Diagnosis, evidence: Evidence) -> None:
-    """Later drops are fitted with it as they want it, and that stood there as the machine file's."""
+    """Later drops are fitted with the changed value, which the table gave as the machine file's."""
     name = f"{named.machine.ends[0]}.radial_gap"
     stated, changed = (
         named.machine.touchdown_bearings[0].radial_gap,
@@ -155,7 +155,7 @@ def test_the_report_names_a_value_that_changed_and_no_mistake(named: Diagnosis, 
 def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosis) -> None:
     since = Reference(named, (), ("a value differs too",), "DE.gap (later drops): at its edge")
     said = words_of(build_diagnosis_report(named, since=since))
-    assert "\nA value differs too." in said  # a sentence, as remarks are elsewhere in the report
+    assert "\nA value differs too." in said  # as a sentence, like other remarks in the report
     assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine moved" in said
     assert "  not compared: DE.gap (later drops): at its edge" in reference_lines(since)
     shown = "residual magnetic force at the rotor"  # it was residual_magnetic_force@rotor
@@ -166,7 +166,7 @@ def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosi
 
 
 def test_a_report_says_what_of_the_reference_drops_the_later_model_has(named: Diagnosis) -> None:
-    """Lobes, which lie otherwise in every drop, were said to stand in it."""
+    """The report said that lobes, whose angle differs from drop to drop, stand in it."""
     found = named.contenders[0]
     free = replace(found.problem.free[0], each_held=({"ball": 3.0}, {"ball": 5.0}))
     ball = replace(found, problem=replace(found.problem, free=(free,)))
@@ -177,7 +177,7 @@ def test_a_report_says_what_of_the_reference_drops_the_later_model_has(named: Di
 
 
 def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagnosis) -> None:
-    """The simulations with and without it part by the momentum that the found force has; about the weight for its decay."""
+    """The simulations with and without the cause differ by the momentum of the residual force: the weight, for its decay time."""
     found = named.contenders[0]
     shared, _ = found.problem.values(found.fit.point, 0)
     decay = shared[f"{CAUSE}.decay_time"]
@@ -191,7 +191,7 @@ def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagno
         assert len(time) > 10
         n = bare.motion.model.n
         apart = whole.motion.state - bare.motion.state
-        # of the first mode, the rotor's translation
+        # momentum of the first mode, the rotor's translation
         velocity = apart[:, state_layout.mode_rates_x(n)][:, 0] + 1j * apart[:, state_layout.mode_rates_y(n)][:, 0]
         momentum = np.sqrt(rotor.total_mass) * np.diff(np.interp(time[[0, -1]], bare.time, velocity))[0]
         gained = np.trapezoid(both, time)
@@ -199,9 +199,9 @@ def test_the_force_of_a_cause_left_out_is_found_as_the_missing_one(named: Diagno
         taken.append(momentum / rotor.total_mass)
         assert abs(momentum) > 20e-3 * rotor.total_mass
         lasting = decay * (np.exp(-time[0] / decay) - np.exp(-time[-1] / decay))
-        # the levitated whirl's force rides on the weight and fades with it
+        # the force of the levitated whirl adds to the weight and fades with it
         assert momentum.imag == pytest.approx(rotor.total_mass * named.machine.gravity * lasting, rel=0.15)
-    # noise of 0.25 um leaves the velocity of a drop right after the release open by some mm/s
+    # with noise of 0.25 um the velocity right after the release is uncertain by some mm/s
     assert abs(np.mean(given) - np.mean(taken)) < 3e-3 / np.sqrt(len(given))
     assert abs(np.degrees(np.angle(np.mean(given))) - 90) < 5
 
@@ -216,7 +216,7 @@ def test_the_extended_model_lacks_no_force_where_the_plain_one_does(evidence: Ev
 
 
 def test_without_spectra_nothing_is_said_of_their_peaks(evidence: Evidence) -> None:
-    """Three probes have none, and it was said that no peak of them passed the noise."""
+    """Three probes give no spectra, but the report said that no peak in them exceeded the noise."""
     blind = tuple(replace(left, to_ends=np.zeros_like(left.to_ends)) for left in evidence.extended_left)
     assert not any(left.sees_ends for left in blind)
     words = words_of(Document("", "", (diagnosis_remains.remains(replace(evidence, extended_left=blind)),)))
@@ -338,7 +338,7 @@ def test_what_each_of_several_drops_held_out_shows_of_a_weak_cause_is_listed(nam
     document = build_diagnosis_report(replace(named, proof=together([one, other])))
     (gain,) = (section for section in document.sections if section.title == "Gain on a drop held out")
     assert any(isinstance(block, Tinted) and "by the share in the last column" in block.text for block in gain.blocks)
-    # not without both: of two drops nothing is left then
+    # not without both: no drop would remain
     assert any(
         "without each of drop_97.nc and drop_148.nc in turn;" in getattr(block, "text", "") for block in gain.blocks
     )

@@ -1,4 +1,4 @@
-"""What the report says of every verdict, and of one drop."""
+"""The report's text for every verdict, and for a single drop."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def _of_one_drop(model: Contender) -> Contender:
 
 
 def test_what_stands_in_the_plain_model_is_told(named: Diagnosis, evidence: Evidence) -> None:
-    """With an oval in the machine file the verdict was that the model lacks nothing, and no word of the oval."""
+    """With an oval in the machine file the verdict said that the model lacks nothing, and did not mention the oval."""
     oval = parse("oval_clearance:end=DE,amplitude=19.8270169 um,angle=35 deg")
     foundation = parse("foundation_mode:end=NDE,mass=40 kg")
     plain = replace(named.plain, problem=replace(named.plain.problem, standing=(oval, foundation)))
@@ -76,7 +76,7 @@ def test_a_reason_that_is_a_question_ends_as_one(named: Diagnosis, evidence: Evi
 
 
 def test_what_several_drops_lack_alike_is_one_line_on_a_terminal(named: Diagnosis) -> None:
-    """That the records are of another machine stood there once a drop, in three lines each."""
+    """The remark on records of another machine appeared once per drop, in three lines each."""
     several = replace(named, remarks=("drop_97.nc: record: of another", "drop_148.nc: record: of another", "one more"))
     remarks = [line for line in diagnosis_lines(several) if line.startswith("remark: ")]
     assert remarks == ["remark: drop_97.nc: record: of another. The same of drop_148.nc record", "remark: one more"]
@@ -84,7 +84,7 @@ def test_what_several_drops_lack_alike_is_one_line_on_a_terminal(named: Diagnosi
 
 
 def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> None:
-    """It said "these one drop", and that a cause must do better on a drop held out, which one drop has none of."""
+    """The report said "these one drop", and required a proof on a held-out drop, which a single drop cannot give."""
     found, plain = (_of_one_drop(each) for each in named.contenders)
     alone = replace(named, contenders=(found, plain), parameters={}, proof=None)
     none = replace(alone, verdict=Verdict(Kind.NONE, (), (0.0, 0.96), ""))
@@ -100,7 +100,7 @@ def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> N
 
 
 def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evidence: Evidence) -> None:
-    """It said what "would tell that something acts", whatever one drop showed there."""
+    """The report said what "would tell that something acts", whatever the single drop showed."""
     late = (late_of("drop_97.nc", 2.5),)
     assert acts_later(late) is None
     rest = diagnosis_late_record.section(replace(evidence, diagnosis=replace(named, late=late)))
@@ -110,7 +110,7 @@ def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evid
 
 
 def test_a_plain_model_that_cannot_be_told_apart_is_named_with_the_others(named: Diagnosis, evidence: Evidence) -> None:
-    """It read "Ambiguous: residual magnetic force (70 %). These 2 drops cannot decide between them.", of one cause."""
+    """It read "Ambiguous: residual magnetic force (70 %). These 2 drops cannot decide between them." for one cause."""
     verdict = Verdict(Kind.AMBIGUOUS, (named.contenders[0],), (0.7, 0.2), "", or_nothing=True)
     open_ = replace(evidence, diagnosis=replace(named, verdict=verdict))
     said = words_of(Document("", "", (diagnosis_verdict.section(open_),)))
@@ -131,7 +131,7 @@ def test_where_no_cause_was_sought_none_is_said_to_have_been_tried(named: Diagno
 
 
 def test_a_likeliest_model_that_is_not_believed_is_said_not_to_be(named: Diagnosis, evidence: Evidence) -> None:
-    """The table gave a cause 94 % beside the verdict none."""
+    """The table gave a cause 94 % though the verdict was none."""
     refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "it gains nothing"), parameters={})
     said = words_of(Document("", "", (diagnosis_ranking.section(replace(evidence, diagnosis=refuted)),)))
     assert "why the likeliest model here is not believed" in said
@@ -180,5 +180,5 @@ def test_one_cause_with_two_laws_is_named_once_with_the_probability_of_both(name
 def test_one_drop_proves_no_gain(named: Diagnosis) -> None:
     words = words_of(build_diagnosis_report(replace(named, proof=None)))
     assert "no gain is proved" in words
-    # the 4 per cent that are left to other causes are those of models that gained there
+    # the 4 per cent for other causes hold for models that gained there
     assert "how often one without that is wrong was not" in words

@@ -1,4 +1,4 @@
-"""The missing force: found where a known one acts, nothing found in noise.  All records here are synthetic."""
+"""The residual force: found where a known one acts, zero in noise.  All records here are synthetic."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def _with_residual(drop: LeftOver, seen: np.ndarray) -> LeftOver:
 
 
 def _at(force: np.ndarray, drop: LeftOver, found: ResidualForce) -> np.ndarray:
-    """The force at the instants of the found one."""
+    """The true force at the instants of the residual force."""
     return np.array([np.interp(found.time, drop.time, row) for row in force])
 
 
@@ -80,7 +80,7 @@ def test_a_known_force_is_found_at_its_end_in_its_direction(pushed: tuple[np.nda
     assert np.degrees(at.axis) == pytest.approx(30, abs=5)
     assert at.straight > 0.9
     assert np.degrees(np.angle(at.mean)) == pytest.approx(30, abs=5)
-    # the impulse is what the rotor's velocity shows: it is known far better than the force at any instant
+    # the impulse shows in the rotor's velocity: it is far better determined than the force at any instant
     impulse = np.trapezoid(found.force[1], found.time)
     assert abs(impulse) == pytest.approx(300 * 5e-3 * 2 / np.pi, rel=0.08)
 
@@ -96,7 +96,7 @@ def test_noise_alone_makes_no_force(drop: LeftOver) -> None:
 
 
 def test_coloured_noise_is_known_for_what_it_is(drop: LeftOver) -> None:
-    """Noise that follows itself in time makes no force either, if the probes' noise model says so."""
+    """Correlated noise makes no force either, if the probes' noise model contains the correlation."""
     rng = np.random.default_rng(6)
     white = SIGMA * rng.standard_normal((len(drop.probes), COUNT + 200))
     walk = np.zeros_like(white)
@@ -110,7 +110,7 @@ def test_coloured_noise_is_known_for_what_it_is(drop: LeftOver) -> None:
 
 
 def test_a_rigid_rotor_obeys_newton(drop: LeftOver) -> None:
-    """Steady forces at the ends in proportion to their shares of the mass accelerate all of the rotor alike."""
+    """Steady forces at the ends, in proportion to their shares of the mass, accelerate the whole rotor alike."""
     model = drop.motion.model
     rotor = model.modes.model
     ends = [bearing.position for bearing in model.machine.touchdown_bearings]
@@ -118,7 +118,7 @@ def test_a_rigid_rotor_obeys_newton(drop: LeftOver) -> None:
     _, jump, _ = responses(model, 0.0, (rotor.centre_of_mass,), INTERVAL, 4, COUNT)
     moved = (1 - share) * jump[0, :, 0] + share * jump[0, :, 1]
     time = np.arange(COUNT) * INTERVAL
-    late = time > 0.015  # bending swings with some hundredths of a micrometre about it
+    late = time > 0.015  # bending oscillates about it by some hundredths of a micrometre
     np.testing.assert_allclose(moved[late].real, (time**2 / 2 / rotor.total_mass)[late], rtol=0.02)
     assert np.abs(moved.imag).max() == pytest.approx(0, abs=1e-18)
 
@@ -143,7 +143,7 @@ def test_three_probes_still_give_a_force_with_a_wider_band(pushed: tuple[np.ndar
 def test_a_probe_that_the_model_knows_to_stand_otherwise_does_not_turn_the_force(
     pushed: tuple[np.ndarray, LeftOver],
 ) -> None:
-    """Both probes of the end stand a quarter turn on: they read what a push a quarter turn back would have them read."""
+    """Both probes of the end stand a quarter turn further: they read like a push a quarter turn back."""
     force, drop = pushed
     ends = drops.machine().ends
     turned = {p.name: ProbeChain(angle_error=np.pi / 2) for p in drop.probes if p.end == ends[1]}

@@ -1,4 +1,4 @@
-"""Scores of causes beside values that have gone as far as they may, on drops of the same simulator."""
+"""Scores of causes beside values at their bounds, on drops of the same simulator."""
 
 from tdbmon.diagnosis.contender import Contender, settled, with_cause
 from tdbmon.diagnosis.score import scores
@@ -19,7 +19,7 @@ def by_name(problem):
 
 
 def test_what_a_value_at_its_bound_cannot_do_a_cause_can(crew):
-    """Every drop has a runout of its own up to 3 um: that does all that a cause of 10 um does, but not so much of it."""
+    """A usual runout up to 3 um is fitted in every drop: it acts like a cause of 10 um, but is limited."""
     problem = problem_of(crew, "probe_runout:end=NDE,first=10 um,second=1 um")
     fallen = fit(problem, problem.start, FALL_S)
     where = [k for k, p in enumerate(problem.parameters) if p.name.startswith("NDE.runout_cosine_1")]
@@ -61,7 +61,7 @@ def renamed(machine, old, new):
 
 
 def test_a_dot_in_the_name_of_an_end_holds_no_value_of_a_drop(crew):
-    """The phase of waves is a drop's own."""
+    """The phase of waves differs from drop to drop."""
     machine = renamed(drops.machine(), "NDE", "Brg. 1")
     problem = build_problem(machine, tuple(measured_drop(record(machine, v, 1), machine) for v in (80.0, 150.0)), crew)
     waves = next(each for name, each in by_name(problem).items() if name.startswith("race_waviness@Brg. 1"))

@@ -1,4 +1,4 @@
-"""The search for a cause of what the best model leaves."""
+"""The search for a cause of the best model's excess."""
 
 import math
 from dataclasses import replace
@@ -17,7 +17,7 @@ from tests.diagnosis.simulated import problem_of
 
 
 def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypatch):
-    """A suspect that ends at no size, but whose fit is better, leaves the plain model where it came to, and goes."""
+    """A suspect whose size ends at zero, but whose fit is better, leaves its other values to the plain model and is dropped."""
     problem = problem_of(crew)
     place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
     off = problem.start.copy()
@@ -39,7 +39,7 @@ def test_a_cause_next_to_nothing_may_lead_out_of_a_wrong_minimum(crew, monkeypat
 
 
 def test_a_plain_model_that_holds_is_followed_anew_before_a_weak_cause_is_believed(crew, monkeypatch):
-    """Who fits better may only have found the path that it lost within the noise."""
+    """A better model may only have found the path that the plain one lost within the noise."""
     problem = problem_of(crew)
     bare = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
     place = next(k for k, p in enumerate(problem.shared) if p.name == "DE.radial_gap")
@@ -71,13 +71,13 @@ def test_what_else_is_missing_is_sought_beside_the_same_cause_at_another_place_t
 
 
 def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the_field(competed, monkeypatch):
-    """Of two causes the first may look like a third: an angle of a probe leads, its gain is the one that is there."""
+    """Of two causes the first may look like a third: a probe's angle leads, where its gain is wrong."""
     plain = replace(plain_of(competed), horizon=0.04)
     best = contender(plain, ("probe_angle@DE_A",), 100, 3.0)
     rival = contender(plain, ("probe_gain@DE_A",), 0, 3.5)
     pair = contender(plain, ("probe_gain@DE_A", "oval_clearance@DE"), 0, 0.9)
     lost = contender(plain, (), 0, 9.0)
-    vain = contender(plain, ("shaft_bow@rotor",), 0, 8.0)  # hardly better than none
+    vain = contender(plain, ("shaft_bow@rotor",), 0, 8.0)  # hardly better than the plain model
     assert others_of_the_field(best, lost, 0.04, [best, rival, vain, pair]) == [rival]
     assert others_of_the_field(best, replace(lost, horizon=0.022), 0.04, [best, rival, vain]) == [rival, vain]
     assert others_of_the_field(lost, lost, 0.04, [best, rival]) == []
@@ -94,7 +94,7 @@ def test_where_nothing_helps_the_best_a_cause_is_sought_beside_the_others_of_the
 
 
 def test_beside_lobes_that_explain_the_drops_what_is_simpler_is_fitted_from_the_fall_on(competed, monkeypatch):
-    """An oval of 3 um, which values had made up for, stood behind lobes with a phase of their own in every drop."""
+    """An oval of 3 um, for which values had compensated, ranked behind lobes with a phase of their own in every drop."""
     plain = contender(replace(plain_of(competed), horizon=0.022), (), 0, 1.4)
     lobes = contender(plain, ("ring_out_of_round@DE",), 100, 0.9)
     failing = contender(plain, ("ring_out_of_round@DE",), 100, 1.3)
@@ -111,7 +111,7 @@ def test_beside_lobes_that_explain_the_drops_what_is_simpler_is_fitted_from_the_
 
 
 def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_comes_first(competed, monkeypatch):
-    """A support that looked softer one way until the second contact is loose: sought beside the plain model again."""
+    """A support that looked anisotropic until the second contact is loose: the search goes back to the plain model."""
     plain = plain_of(competed)
     early, late = (contender(replace(plain, horizon=h), (), 0, 1.75) for h in (0.018, 0.022))
     best = contender(early, ("support_anisotropy@NDE",), 0, 1.3)
@@ -132,11 +132,11 @@ def test_while_paths_have_hardly_parted_another_in_the_place_of_the_last_cause_c
     assert search._found_beside(best, early, 0.018, [best], True) == [loose]
     assert asked == [early.name]
     assert search._found_beside(best, early, 0.018, [best], False) == []
-    assert asked == [early.name, best.name]  # beside the plain model all were asked at this horizon
+    assert asked == [early.name, best.name]  # the plain model had its search at this horizon
 
 
 def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(crew):
-    """The plain model is fitted to 18 ms; the search goes back to the fall."""
+    """The plain model is fitted to 18 ms; the contact causes start in the fall."""
     problem = problem_of(crew, "support_anisotropy:end=DE,ratio=0.4,direction=10 deg")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
@@ -154,13 +154,13 @@ def test_a_soft_direction_that_the_plain_model_made_up_for_is_begun_in_the_fall(
 
 
 def test_waves_that_explain_most_of_all_and_yet_not_much_are_begun_anew(competed):
-    """What they leave decides, and whether another cause explains more."""
+    """Their excess decides, and whether another cause explains more."""
     plain = contender(replace(plain_of(competed), floor=0.9), (), 0, 2.9)
-    some = contender(plain, ("race_waviness@DE",), 0, 2.3)  # three tenths of what is left
+    some = contender(plain, ("race_waviness@DE",), 0, 2.3)  # takes away three tenths of the excess
     hardly = contender(plain, ("race_waviness@DE",), 0, 2.7)
     oval = contender(plain, ("oval_clearance@DE",), 0, 2.2)
     assert where_waves_look_likely(plain, [some, hardly]) == {"DE"}
-    # the other end is asked too where it explains a third of that at least
+    # the other end counts too where waves explain at least a third as much
     for ratio, ends in ((2.8, {"DE"}), (2.6, {"DE", "NDE"})):
         assert where_waves_look_likely(plain, [some, contender(plain, ("off_sized_ball@NDE",), 0, ratio)]) == ends
     assert not where_waves_look_likely(plain, [hardly])
@@ -182,7 +182,7 @@ def test_two_causes_with_angles_of_their_own_in_every_drop_never_stand_together(
 
 
 def test_what_is_weak_is_sought_beside_a_plain_model_that_holds_also_where_laws_are_off(crew, monkeypatch):
-    """Growth by heat at 43 times the noise was `none`, since stated values had been freed before."""
+    """A growth by heat with a signal of 43 times the noise ended as `none`, since stated values had been freed before."""
     problem = problem_of(crew)
     holds = Contender((), problem, fit(problem, problem.start, 0.012), 0.012, 0.9)
     assert not holds.fails
@@ -190,7 +190,7 @@ def test_what_is_weak_is_sought_beside_a_plain_model_that_holds_also_where_laws_
     monkeypatch.setattr(Search, "_candidates", lambda self, *of: (asked.append(of) or [], False))
     search = Search(holds, (), (0.006, 0.012), lambda _: None)
     search.compared(holds, [], 0.012)
-    assert len(asked) == 1  # the last horizon: what is weak may show
+    assert len(asked) == 1  # the last common horizon: weak causes may show
     Search(holds, (), (0.006, 0.012), lambda _: None, weak=False).compared(holds, [], 0.012)
     assert len(asked) == 2
 
@@ -235,7 +235,7 @@ def test_rounds_are_kept_for_further_causes(competed):
 
 
 def test_what_lies_is_begun_beside_the_rival_that_explains_the_fall_best(gained):
-    """Past the first contact another cause may lead, in which values made up for what is missing; in the fall none can."""
+    """After the first contact a wrong cause may lead, with values that compensate for the right one; in the fall none can."""
     problem, everyone = gained
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
 
@@ -254,7 +254,7 @@ def test_what_lies_is_begun_beside_the_rival_that_explains_the_fall_best(gained)
 
 
 def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
-    """By the first contact gap and clearance have made up for it; begun at its usual size and several angles it is found."""
+    """By the first contact gap and clearance have compensated for it; it is found from its usual size and several angles."""
     problem = problem_of(
         crew, "oval_clearance:end=DE,amplitude=30 um,angle=75 deg", "channel_lag:probe=NDE_A,delay=1 ms"
     )
@@ -270,8 +270,8 @@ def test_a_large_oval_beside_a_lag_is_begun_in_the_fall(crew):
     found = search._begun_in_the_fall([best], 0.014)[0]
     assert found.name == "channel_lag@NDE_A + oval_clearance@DE"
     assert not found.fails
-    assert found.starts()[1].shared["amplitude"] > 20e-6  # the first contact of two drops tells its size no better
-    # what a lag leaves is another's; beside what acts in contacts an oval is sought as all others
+    assert found.starts()[1].shared["amplitude"] > 20e-6  # no better known from the first contact of two drops
+    # an excess beside a lag is due to another cause; beside a contact cause an oval is sought like all others
     search.suspects = ()
     assert search._found_beside(contender(best, ("loose_support@DE",), 0.0, 3.0), best, 0.014, [], True) == []
 
@@ -288,14 +288,14 @@ def test_of_weak_causes_those_are_fitted_from_the_fall_on_whose_scores_are_plain
     waves, more = score("race_waviness@DE", 230, phases), score("race_waviness@DE", 225, phases)
     grown, hard = score("thermal_growth@NDE", 220), score("hardening_support@DE", 150)
     price = math.log(plain.fit.count)
-    assert 150 < waves.beyond(price) < grown.beyond(price)  # they have a phase of their own in every drop
+    assert 150 < waves.beyond(price) < grown.beyond(price)  # each phase per drop costs its price
     assert promising(plain, [waves, more, grown, hard]) == [grown, waves]
     assert promising(plain, [more, hard]) == [more]
     assert promising(plain, [hard]) == []
 
 
 def test_what_explains_clearly_less_than_a_cause_next_to_nothing_imitates_it(crew):
-    """A gain of 0.3 %: crosstalk explained less, but was of a size that counts, and stayed alone."""
+    """A gain of 0.3 %: crosstalk explained less, but its size is not negligible, so it alone stayed."""
     problem = problem_of(crew)
     plain = Contender((), problem, fit(problem, problem.start, 0.006, 1), 0.006, 0.9)
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())

@@ -1,4 +1,4 @@
-"""Simpler models in the place of those that need a cause less."""
+"""Removal of causes that a model does not need."""
 
 from dataclasses import replace
 
@@ -22,14 +22,14 @@ def test_a_ball_beside_a_cause_that_explains_nearly_all_only_accompanies_it(comp
         return only_accompanies(both, near, plain)
 
     assert judged("off_sized_ball@NDE", 1.27)
-    assert not judged("off_sized_ball@NDE", 1.5)  # more is left than inexact laws leave
+    assert not judged("off_sized_ball@NDE", 1.5)  # the excess is more than inexact laws leave
     assert not judged("probe_angle@DE_B", 1.27)  # has no number of its own in every drop
     alone = contender(like, ("off_sized_ball@NDE",), 900, 1.0)
     assert not only_accompanies(alone, contender(like, (), 0, 1.2 * like.floor), plain)
 
 
 def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
-    """It only stands where the fit is better; the plain model is as good there."""
+    """Only its fit is in a better minimum; the plain model is as good there."""
     problem = problem_of(crew)
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)
@@ -47,7 +47,7 @@ def test_a_cause_of_no_size_goes_even_where_the_model_fails_without_it(crew):
 
 
 def test_one_effect_at_either_end_is_one_at_both(crew):
-    """A search that adds causes one by one found it so; of other sizes at the ends they stay two."""
+    """A search that adds causes one by one finds two; if the sizes at the ends differ, they stay two."""
     problem = problem_of(crew, "hardening_support:where=both,cubic=3e18 N/m^3")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     bare = Contender((), problem, fit(problem, problem.start, 0.012, 3), 0.012, 0.5)

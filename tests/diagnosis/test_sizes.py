@@ -1,4 +1,4 @@
-"""Sizes of causes with their intervals: what a jackknife adds, and a size at the end of what the catalogue allows."""
+"""Sizes of causes with their intervals: the jackknife's part, and a size at the limit of the catalogue."""
 
 from dataclasses import replace
 
@@ -19,7 +19,7 @@ from tests.diagnosis.simulated import record
 
 NAME = "probe_gain@DE_A.gain"
 SOFTER = "support_anisotropy@DE"
-LATE_S = 0.04  # after several contacts; at 22 ms slopes are still smooth
+LATE_S = 0.04  # after several contacts; at 22 ms the Jacobian is still smooth
 
 
 @pytest.fixture
@@ -32,7 +32,7 @@ def size(contender, *without):
 
 
 def with_soft_support(contender):
-    """The contender with a support that is softer one way, which so early is known better than an oval."""
+    """The contender with an anisotropic support, which is better determined so early than an oval."""
     machine = contender.problem.model.machine
     cause = next(each for each in suspects(machine, machine.probes, ()) if each.name == SOFTER)
     return with_cause(contender, cause, Start({"ratio": 0.5, "direction": 0.01}))
@@ -72,7 +72,7 @@ def test_a_size_that_is_known_less_than_the_catalogue_knows_it_has_no_interval(n
 
 
 def test_an_angle_that_is_known_less_than_to_its_period_has_no_interval(named):
-    """A support that is softer one way is the same again after half a turn."""
+    """The direction of an anisotropic support has a period of half a turn."""
     found, name = with_soft_support(named), f"{SOFTER}.direction"
     told, untold = (
         sizes_of(found, rest={name: share * np.pi / 1.96}).causes[SOFTER]["direction"] for share in (0.49, 0.51)
@@ -82,7 +82,7 @@ def test_an_angle_that_is_known_less_than_to_its_period_has_no_interval(named):
 
 
 def test_an_interval_ends_where_a_size_cannot_be_less(named):
-    """A delay is never negative; an angle counts from anywhere."""
+    """A delay is never negative; an angle has no lower limit."""
     machine = named.problem.model.machine
     lag = next(each for each in suspects(machine, machine.probes, ()) if each.name == "channel_lag@DE_A")
     both = with_soft_support(with_cause(named, lag, Start({"delay": 1e-4})))
@@ -108,7 +108,7 @@ def test_the_law_of_what_acts_on_the_rotor_is_never_exact_and_that_of_a_sensor_i
 
 
 def test_an_unbalance_is_known_no_better_than_the_machines_own_in_its_plane(crew):
-    """The drops tell their sum; slopes that differ by chance where contacts begin and end must not tell them apart."""
+    """Drops determine only their sum; chance errors of the Jacobian where contacts begin and end must not separate them."""
     machine = load_machine(shipped("short/machine.toml"))
     hidden = "unbalance:plane=generator,amount=120 g mm,phase=2.5 rad"
     speeds = ((80.0, 1), (150.0, 2), (210.0, 3))

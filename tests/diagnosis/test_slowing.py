@@ -1,4 +1,4 @@
-"""How the rotor slows after paths have parted, on drops of the same simulator (synthetic)."""
+"""The slowing of the rotor after paths diverge, on drops of the same simulator (synthetic)."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -83,7 +83,7 @@ def test_the_rotor_loses_the_momentum_that_the_rings_gain(crew):
     lost = -np.polyfit(slowing.time[late], slowing.lag[late], 1)[0] * arrays.spin[INERTIA]
     gained = arrays.end[:, RING_INERTIA].sum() * 2 * np.pi * SPEEDS[0][0]
     assert late.sum() >= 3
-    # the drag of rings that turn takes some more, and what was lost no longer decays
+    # the drag of turning rings adds a little, and speed already lost no longer decays
     assert lost == pytest.approx(gained, rel=0.08)
 
 
@@ -99,7 +99,7 @@ def test_a_ring_that_is_hard_to_turn_is_found_with_its_place_and_size(crew):
 
 
 def test_how_hard_a_ring_is_held_that_does_not_turn_is_known_as_a_least_value_only(crew):
-    """Friction cannot drive a ring that is held as hard as this: any greater torque does the same."""
+    """Friction cannot turn a ring that is held as hard as this: any greater torque acts the same."""
     field, _ = judged(crew, f"ring_drag:end=DE,torque={HELD} N m")
     assert field[0].name == "ring_drag@DE"
     (torque,) = (p for p in field[0].problem.shared if p.name == "ring_drag@DE.torque")
@@ -124,11 +124,11 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     (said,) = slowing_beside(settled_plain(replace(problem, model=lighter))).remarks
     assert "slow the shaft 1.6" in said or "slow the shaft 1.5" in said
     assert "in all drops" in said
-    # a model that does not follow the drops tells nothing of how their contacts slow them
+    # a model that does not fit the drops says nothing about the slowing by contacts
     wrong = settled_plain(replace(problem, model=lighter))
     wrong = replace(wrong, fit=replace(wrong.fit, misfit=4 * wrong.fit.count))
     assert slowing_beside(wrong).remarks == ()
-    # the gyroscopic moments, which are as they were, speak against another polar inertia
+    # the unchanged gyroscopic moments speak against another polar inertia
     assert "kg m^2 by the machine file) does not either" in said
     assert "Inertia and drag of the inner rings do not explain it" in said
     one_drop = replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1])
@@ -150,7 +150,7 @@ def test_a_polar_inertia_that_is_wrong_shows_in_the_gyroscopic_motion_too(crew):
 
 
 def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew):
-    """While they slip, friction slows the shaft whatever their inertia."""
+    """While the rings slip, friction slows the shaft whatever their inertia."""
     problem = problem_of(crew, seconds=0.5)
     heavier = problem.model.copy()
     heavier.arrays.end[:, RING_INERTIA] *= 2.0
@@ -160,7 +160,7 @@ def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew
 
 
 def with_drag_off(problem, factor):
-    """The same where the model's drag counts by a factor, within a tolerance of its decay time of 25 %."""
+    """The problem with the model's drag scaled by a factor, and a decay time known to 25 %."""
     off = problem.model.copy()
     off.arrays.spin[DECAY_RATE] *= factor
     decay = off.machine.rotor.speed_decay_time.nominal
@@ -171,7 +171,7 @@ def with_drag_off(problem, factor):
 
 @pytest.mark.parametrize("factor", [0.85, 1.12])
 def test_a_drag_that_is_a_little_off_is_no_wrong_inertia(crew, factor):
-    """It looks like a quarter of the lag and more; in these drops a drive holds the speed up to the release."""
+    """A drag error looks like a quarter of the lag or more; in these drops a drive holds the speed up to the release."""
     plain = settled_plain(with_drag_off(problem_of(crew), factor))
     within, as_stated = slowings_of(plain), [replace(each, drag_sigma=0.0) for each in slowings_of(plain)]
     assert abs(factors_of(as_stated).lag - 1) > 0.2
@@ -203,7 +203,7 @@ def test_a_ring_that_is_hard_to_turn_is_no_drag_that_is_off(crew):
 
 
 def slowed_from_the_release(problem, torques):
-    """The same drops with a torque each, N m, that holds the shaft back from the release on."""
+    """The problem with a torque in each drop, N m, that brakes the shaft from the release on."""
     inertia, sense = problem.model.arrays.spin[INERTIA], problem.model.machine.sense
     return replace(
         problem,
@@ -220,7 +220,7 @@ def slowed_from_the_release(problem, torques):
 
 @pytest.mark.parametrize("torques", [(25.0, 40.0), (3.0, 3.0), (-3.0, -4.0)])
 def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
-    """It grows by the square of the time, the lag by contacts no more once the rings turn: no inertia is blamed."""
+    """Its lag grows with the square of time, that by contacts ends once the rings turn: no inertia is blamed."""
     plain = settled_plain(slowed_from_the_release(problem_of(crew, seconds=0.6), torques))
     found = torques_beside_lag(slowings_of(plain), plain)
     np.testing.assert_allclose(found, torques, rtol=0.05)
@@ -233,7 +233,7 @@ def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
 
 
 def test_a_drag_that_the_machine_file_leaves_out_is_no_drive(monkeypatch):
-    """A file without speed_decay_time was told that contacts cannot slow so much, and to cut off the drive."""
+    """For a file without speed_decay_time the remark said that contacts cannot slow so much, and to cut off the drive."""
     machine = load_machine(shipped("short/machine.toml"))
     bare = machine.model_copy(update={"rotor": machine.rotor.model_copy(update={"speed_decay_time": None})})
     monkeypatch.setattr(slows_otherwise, "slowings_of", lambda _: ())
@@ -262,7 +262,7 @@ def test_one_drop_alone_proves_no_cause(crew):
     field, slowed = with_slowing([settled_plain(alone)], everyone)
     assert slowed is None
     assert [each.name for each in field] == ["plain model"]
-    assert field[0].later > 60  # it is to be seen, but not proved
+    assert field[0].later > 60  # it shows, but is not proved
 
 
 def test_of_a_long_record_the_run_out_after_the_drop_is_judged(crew):

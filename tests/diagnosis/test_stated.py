@@ -1,4 +1,4 @@
-"""What a machine file states without tolerance, where it is not so (drops of the same simulator, so no test of the physics)."""
+"""Values stated without tolerance that are wrong, on drops of the same simulator (no test of the physics)."""
 
 from dataclasses import replace
 
@@ -28,7 +28,7 @@ STRANGE = 99  # seed
 
 
 def plain_model(crew, truth, *effects):
-    """The model of the usual machine, after the fall and to the last horizon, on drops of a machine that may differ."""
+    """The plain model of the usual machine, fitted to the fall and to the last horizon, on drops of the machine `truth`."""
     machine = drops.machine()
     measured = tuple(
         measured_drop(record(truth, speed, seed, *effects), machine) for speed, seed in ((80.0, 1), (150.0, 2))
@@ -42,7 +42,7 @@ def plain_model(crew, truth, *effects):
 
 
 def beside(plain, name, values):
-    """The model with a cause more, begun at some values."""
+    """The model with one more cause, at given start values."""
     machine = plain.problem.model.machine
     cause = next(each for each in suspects(machine, machine.probes, ()) if each.name == name)
     return settled(with_cause(plain, cause, Start(values)), plain.horizon, 3)
@@ -84,7 +84,7 @@ def test_a_cause_is_not_taken_for_stated_values(crew):
 
 
 def test_a_weak_cause_takes_away_more_than_stated_values_do(crew):
-    """A cause that fits what another law of the contact leaves is weighed against that law; one of a sensor is not."""
+    """A cause that fits the excess of an inexact contact law is weighed against that law; one of a sensor is not."""
     _, plain = plain_model(crew, with_exponent(drops.machine(), SLIGHTLY_OFF))
     assert not plain.fails
     pushed = beside(plain, "cross_coupled_stiffness@impeller", {"stiffness": 1e4})
@@ -104,7 +104,7 @@ def test_a_weak_cause_takes_away_more_than_stated_values_do(crew):
 def test_stated_values_do_not_do_what_a_weak_cause_does(crew):
     _, plain = plain_model(crew, drops.machine(), "cross_coupled_stiffness:plane=impeller,stiffness=20000 N/m")
     assert plain.fails
-    assert plain.ratio < EXPLAINED  # so it is asked
+    assert plain.ratio < EXPLAINED  # so stated values are tried
     pushed = beside(plain, "cross_coupled_stiffness@impeller", {"stiffness": 1e4})
     assert not pushed.fails
     assert plain_beside(plain, pushed) is plain
@@ -112,7 +112,7 @@ def test_stated_values_do_not_do_what_a_weak_cause_does(crew):
 
 @pytest.mark.slow
 def test_laws_that_are_a_little_off_are_freed_where_the_plain_model_begins_to_fail(tmp_path, crew):
-    """Drops of the blind generator with laws of its own and nothing hidden, which ended as unknown."""
+    """Drops of the blind generator with strange laws and nothing hidden, which ended as unknown."""
     case = draw_case(STRANGE)
     assert case.strangeness == 1.0
     assert not case.hidden
@@ -122,7 +122,7 @@ def test_laws_that_are_a_little_off_are_freed_where_the_plain_model_begins_to_fa
         build_problem(machine, tuple(measured_drop(read(path), machine) for path in records), crew)
     )
     stated = {p.name for p in stated_parameters(machine)}
-    horizons = (*HORIZONS, 0.027, 0.033)  # at 27 ms it is an open question: where fits end by then hangs on rounding
+    horizons = (*HORIZONS, 0.027, 0.033)  # at 27 ms the result is open: where fits end depends on rounding
     (plain,) = contest(problem, (), horizons, str)
     assert plain.horizon == horizons[-1]
     assert stated <= {p.name for p in plain.problem.shared}
@@ -137,7 +137,7 @@ def test_values_nearly_as_far_off_as_they_may_be_are_at_their_limits(crew):
     names = [each.name for each in wider.shared]
 
     def found(shares):
-        """Those at their limits with some so far on the way to the upper limit (positive) or the lower."""
+        """The values at their limits, with some at a share of the way to the upper limit (positive) or the lower."""
         point = wider.start.copy()
         for name, share in shares.items():
             at = names.index(name)

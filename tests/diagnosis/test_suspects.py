@@ -1,4 +1,4 @@
-"""What could be missing from a model, and where."""
+"""The effects that a model could lack, and their places."""
 
 import numpy as np
 import pytest
@@ -50,7 +50,7 @@ def test_what_acts_in_contacts_begins_at_its_usual_size_and_at_several_angles():
     assert np.degrees(angles) == pytest.approx([0, 45, 90, 135])
     assert {start.shared["amplitude"] for start in found["oval_clearance@NDE"].usual()} == {1.5e-5}
     assert len(found["hardening_support@both"].usual()) == 1
-    # what the score finds for all of these is linear, or differs from drop to drop
+    # scores of all of these are linear in their values, or these differ from drop to drop
     assert not any(found[name].usual() for name in ("probe_gain@DE_A", "shaft_bow@rotor", "ring_out_of_round@DE"))
 
 

@@ -1,4 +1,4 @@
-"""Causes that look alike, fitted in each other's place, on drops of the same simulator (so no test of the physics)."""
+"""Look-alikes fitted in each other's place, on drops of the same simulator (no test of the physics)."""
 
 import math
 from dataclasses import replace
@@ -19,7 +19,7 @@ from tests.diagnosis.simulated import problem_of
 
 @pytest.fixture(scope="module")
 def leaking(crew):
-    """Suspects, the plain model and that with the leak, of drops with a crosstalk, fitted to 14 ms."""
+    """Suspects, the plain model, and the model with the crosstalk that the drops have, fitted to 14 ms."""
     problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     bare = Contender((), problem, fit(problem, problem.start, 0.014, 3), 0.014, 0.9)
@@ -33,7 +33,7 @@ def test_twins_are_led_along_the_horizons_again(leaking):
     for horizon in (0.018, 0.022):
         leak = settled(leak, horizon, 4)
     point = leak.fit.point.copy()
-    point[0] += 0.3  # a gap that is off: paths part
+    point[0] += 0.3  # a wrong gap: paths diverge
     lost = replace(leak, fit=linearised(leak.problem, point, 0.022))
     assert lost.misfit > leak.misfit + 100
     (found,) = followed_on([lost], (0.018, 0.022))
@@ -43,7 +43,7 @@ def test_twins_are_led_along_the_horizons_again(leaking):
 
 
 def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
-    """They differ by the square of 4 %: by 0.2 um of a gap of 250 um, two thirds of the noise."""
+    """The two differ by the square of 4 %: 0.2 um in a gap of 250 um, two thirds of the noise."""
     problem = problem_of(crew, "probe_crosstalk:end=DE,factor=-0.04,into=second")
     everyone = suspects(problem.model.machine, problem.model.machine.probes, ())
     fallen = Contender((), problem, fit(problem, problem.start, 0.006, 3), 0.006, 0.9)
@@ -60,7 +60,7 @@ def test_a_leak_between_channels_is_fitted_in_the_place_of_a_turned_probe(crew):
 
 
 def test_twins_are_compared_with_the_paths_of_their_drops_sought(leaking):
-    """The angle of a cage that is wrong costs more than a turned probe and a leak differ by."""
+    """A wrong cage angle costs more than a turned probe and a crosstalk differ by."""
     everyone, _, leak = leaking
     point = leak.fit.point.copy()
     point[leak.problem.columns(0)[[len(leak.problem.shared) + k for k in turning(leak.problem)]]] += 0.5
@@ -82,14 +82,14 @@ def test_an_effect_at_one_end_is_fitted_in_the_place_of_one_at_both(crew):
 
 
 def test_twins_are_made_of_who_may_be_named_only(leaking):
-    """Leading a model's twins takes long, and nobody names one that leaves so much."""
+    """Fitting look-alikes takes long, and a model that leaves so much is not named."""
     everyone, bare, leak = leaking
     hopeless = replace(leak, fit=replace(leak.fit, misfit=4.0 * leak.fit.count))
     assert with_twins([bare, hopeless], hopeless, everyone, (0.014,)) == [bare, hopeless]
 
 
 def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, monkeypatch):
-    """Else the twin that happened to find better values of the machine wins, whatever it is a twin of."""
+    """Else the look-alike that happens to find better values of the machine wins."""
     from tdbmon.diagnosis import twins as module
 
     everyone, bare, leak = leaking
@@ -104,7 +104,7 @@ def test_a_twin_that_comes_out_ahead_lends_the_others_where_it_stands(leaking, m
 
 
 def test_a_plain_model_that_comes_near_has_its_paths_sought_too(leaking, monkeypatch):
-    """Else who had them sought alone seems the better one."""
+    """Else the model whose paths alone were searched for seems better."""
     from tdbmon.diagnosis import twins as module
 
     _, bare, leak = leaking

@@ -1,4 +1,4 @@
-"""The loudest of what a model leaves, from residuals made up to a plan."""
+"""The greatest residual of a model, from residuals made up to a plan."""
 
 from types import SimpleNamespace
 
@@ -13,7 +13,7 @@ LINE = 500.0  # Hz
 
 
 def left_by(*series):
-    """A model that leaves so much (n,), m, of as many probes of one drop, in noise of 1 um."""
+    """A model with the given residuals (n,), m, one per probe of one drop, in noise of 1 um."""
     names = "ABCD"[: len(series)]
     drop = SimpleNamespace(
         name="drop.nc",
@@ -35,7 +35,7 @@ def without(series, share):
 
 
 def test_missing_samples_make_nothing_quieter():
-    """Taken for zero, four samples of ten that are missing make 2.3 um of 3, less than the other probe leaves."""
+    """With four of ten samples missing and taken as zero, an rms of 3 um became 2.3 um, less than the other probe's."""
     found = unexplained(left_by(without(line(3e-6), 0.4), line(2.6e-6)))
     assert found.probe == "A"
     assert found.rms == pytest.approx(3e-6, rel=0.02)

@@ -1,4 +1,4 @@
-"""What the competition of models means, on models of made-up misfit."""
+"""The verdict of a contest, on models of made-up misfit."""
 
 import math
 from dataclasses import replace
@@ -42,7 +42,7 @@ def test_verdicts(competed):
 
 
 def test_an_angle_and_a_leak_of_one_end_need_a_longer_lead_over_each_other(competed):
-    """They differ by the square of their size; a cause of the other end and one in contacts differ by more."""
+    """The two differ by the square of their size; a cause at the other end or in contacts differs by more."""
     plain = plain_of(competed)
     lost = contender(plain, (), 0, 8.0)
     angle = contender(plain, ("probe_angle@DE_A",), 900, 0.95)
@@ -64,7 +64,7 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
     oval = contender(plain, ("oval_clearance@DE",), 0, 0.85 * plain.floor)
     gain = contender(plain, ("probe_gain@DE_A",), 0, 0.85 * plain.floor)
     little = HeldOut(("drop_80.nc",), 3.1e-7, 3.0e-7, 3.0e-7, 1000.0, 980.0)
-    by_chance = replace(little, plain_misfit=1040.0)  # hardly more than noise is left: then paths may have parted
+    by_chance = replace(little, plain_misfit=1040.0)  # hardly more than noise is left: paths may have diverged
     much = replace(little, plain=5e-7, plain_misfit=1300.0)
     assert verdict([oval, bare], None).kind is Kind.NAMED
     assert verdict([oval, bare], little).kind is Kind.NONE
@@ -77,7 +77,7 @@ def test_what_acts_in_contacts_and_cannot_be_proved_beside_a_plain_model_that_ex
 
 
 def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_less_probable(competed):
-    """Waves of 0.8 um: 0.26 um were left in readings with them and without, the misfit was 5 and 6 % less."""
+    """Waves of 0.8 um: the rms in readings was 0.26 um with and without them, the misfit 5 and 6 % less with them."""
     plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     field = [contender(plain, ("oval_clearance@DE",), 100, 0.85 * plain.floor), bare]
@@ -94,7 +94,7 @@ def test_a_cause_too_weak_for_readings_is_proved_by_two_drops_held_out_and_is_le
 
 
 def test_waves_that_no_reading_shows_are_none_though_they_do_better_in_every_drop(competed):
-    """With nothing hidden, 0.4 um took 4, 10, 2 and 1 % of the misfit; 1.4 um that were there 4.3, 4.5, 5.8 and 0.5 %."""
+    """Of the misfit, 0.4 um with nothing hidden took away 4, 10, 2 and 1 %; true waves of 1.4 um 4.3, 4.5, 5.8 and 0.5 %."""
     plain = plain_of(competed)
     bare = contender(plain, (), 0, 0.92 * plain.floor)
     waves = contender(plain, ("race_waviness@DE",), 300, 0.85 * plain.floor)
@@ -123,7 +123,7 @@ def test_a_cause_that_the_rest_of_one_drop_shows_is_less_probable(competed):
 
 
 def test_beside_a_plain_model_that_explains_what_acts_on_the_shaft_must_gain_half(competed):
-    """Nothing hidden, strange laws: a cross-coupled stiffness took away a third there; so may a bow."""
+    """Nothing hidden, strange laws: a cross-coupled stiffness gained a third; so may a bow."""
     plain = plain_of(competed)
     little = HeldOut(("drop_80.nc",), 5.5e-7, 5.0e-7, 4e-7, 3000.0, 2700.0)
     assert little.gain == pytest.approx(1 / 3)
@@ -154,7 +154,7 @@ def test_nobody_is_accused_beside_a_plain_model_that_is_nearly_as_likely(compete
     bare = contender(plain, (), 0, 0.95 * plain.floor)
     little, far = (contender(plain, ("probe_gain@DE_A",), ahead, 0.95 * plain.floor) for ahead in (70, 200))
     assert verdict([little, bare], None).kind is Kind.NONE
-    assert verdict([little, bare], None, lead=0.0).accused == (little,)  # few suspects were asked
+    assert verdict([little, bare], None, lead=0.0).accused == (little,)  # few suspects were tried
     assert verdict([far, bare], None).kind is Kind.NAMED
     assert not verdict([far, bare], None).or_nothing
     nearly = verdict([contender(plain, ("probe_gain@DE_A",), 105, 0.95 * plain.floor), bare], None)
@@ -173,13 +173,13 @@ def test_what_has_an_angle_of_its_own_in_every_drop_must_take_away_half_of_what_
     assert little.gain == pytest.approx(0.25)
     refuted = verdict([lobed, lost], little)
     assert refuted.kind is Kind.UNKNOWN
-    assert max(refuted.probabilities) < 0.04  # it was 96 % beside 4 % for what is in no catalogue
+    assert max(refuted.probabilities) < 0.04  # it was 96 %, with 4 % for causes outside the catalogue
     assert refuted.leading([lobed, lost]) is lobed
     assert verdict([oval, lost], little).kind is Kind.NAMED
     assert verdict([lobed, lost], much).kind is Kind.NAMED
     explained = contender(plain, (), 900, 1.4)
     assert verdict([lobed, explained], little).kind is Kind.NONE
-    unseen = replace(much, plain=3.3e-7, extended=3.1e-7)  # the readings show nothing, speed and levitation do
+    unseen = replace(much, plain=3.3e-7, extended=3.1e-7)  # only speed and levitation show it, not the readings
     assert unseen.gain is None
     assert verdict([lobed, lost], unseen).kind is Kind.UNKNOWN
 
@@ -239,7 +239,7 @@ def test_what_a_cause_has_beside_its_size_does_not_make_it_clear(competed):
     speed = {"stribeck_speed_m_per_s": Estimate(1.5, 1.2, 1.8, "m/s")}
     assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.19, -0.22, 0.6, "1")})
     assert clear_of_nothing(friction, speed | {"static_excess": Estimate(0.17, 0.08, 0.25, "1")})
-    # at the end of its range that is no effect, it has no interval
+    # at the limit of its range where the effect is off, it has no interval
     assert not clear_of_nothing(friction, speed | {"static_excess": Estimate(0.0, why="at its bound")})
     assert clear_of_nothing(friction, speed | {"static_excess": Estimate(0.9, why="at its bound")})
 
@@ -301,7 +301,7 @@ def test_a_number_of_its_own_in_every_drop_is_no_proof_of_a_size_that_may_be_non
 
 
 def test_what_looks_alike_leaves_no_more_than_certainty_to_the_others(competed):
-    """Three that look alike have 0.6 together; a rival that is nearly as likely as the fitted one has the rest at most."""
+    """Three look-alikes share 0.6; a rival nearly as likely as the fitted one has the rest at most."""
     plain = plain_of(competed)
     everyone = suspects(plain.problem.model.machine, plain.problem.model.machine.probes, ())
     ball = replace(contender(plain, ("off_sized_ball@DE",), 10, 0.95), failed_s=0.033)
@@ -311,7 +311,7 @@ def test_what_looks_alike_leaves_no_more_than_certainty_to_the_others(competed):
     assert judged.probabilities[0] == pytest.approx(0.2)
     assert 0 < judged.probabilities[1] <= 0.4
     assert sum(judged.probabilities) + sum(each.probability for each in judged.alike) <= 1
-    # its values are told, though the rival has more than its share
+    # its values are reported, though the rival has more than its share
     field = (ball, rival, contender(plain, (), 0, 8.0))
     told = Diagnosis(plain.problem.model.machine, judged, field, None, {}, {}, None, None, None, "", (), 1.0)
     assert judged.probabilities[1] > judged.probabilities[0] and told.best is ball
@@ -356,7 +356,7 @@ def test_a_cause_in_contacts_is_unknown_where_stated_values_had_to_go_to_their_l
     plain = plain_of(competed)
 
     def with_stated(name, limits):
-        """The cause with stated values free, so many of them at a limit."""
+        """The cause with stated values free, `limits` of them at a limit."""
         cause = contender(plain, (name,), 900, 0.9)
         problem = cause.problem
         stated = stated_parameters(problem.model.machine)
