@@ -30,7 +30,7 @@ from tests.blind.hidden import (
     )
 )
 def stribeck_friction(world: World, h: Hidden) -> World:
-    """The coefficient falls with slip speed as a Gauss curve; if the laws are strange, as something up to exponential."""
+    """The coefficient falls with slip speed as a Gaussian; with strange laws, by an exponent between that and an exponential."""
     p = h.parameters
     return at_bearings(world, h.where, friction_excess=p["static_excess"], stribeck_speed=p["stribeck_speed_m_per_s"])
 
@@ -110,14 +110,14 @@ def support_anisotropy(world: World, h: Hidden) -> World:
     )
 )
 def loose_support(world: World, h: Hidden) -> World:
-    """Within a radial play about its place of rest the support has `ratio` of its stiffness."""
+    """Within a radial play about its place of rest the support has `stiffness_ratio` of its stiffness."""
     return at_bearings(world, h.where, play=h.parameters["play_m"], play_ratio=h.parameters["stiffness_ratio"])
 
 
 def _draw_hardening(rng: Rng, world: World, level: float) -> tuple[str, Values]:
     where = an_end_or_both(rng)
     softest = min(b.support_stiffness for e, b in zip(ENDS, world.truth.bearings, strict=True) if where in (e, "both"))
-    # what the support has to carry at a hit of four weights grows by this factor
+    # ratio of cubic to linear force at the deflection under four rotor weights
     deflection = 4 * weight(world) / softest
     return where, {"cubic_n_per_m3": between(level, 0.01, 2) * softest / deflection**2}
 
@@ -130,7 +130,7 @@ def hardening_support(world: World, h: Hidden) -> World:
 
 def _draw_foundation(rng: Rng, world: World, level: float) -> tuple[str, Values]:
     mass = world.truth.bearings[0].support_mass * float(rng.uniform(3, 12))
-    # the weaker the effect, the stiffer the ground
+    # the weaker the effect, the stiffer the foundation
     frequency = 2 * np.pi * between(level, 1200, 35)
     stiffness = mass * frequency**2
     damping = 2 * float(rng.uniform(0.02, 0.08)) * mass * frequency
@@ -142,7 +142,7 @@ def _draw_foundation(rng: Rng, world: World, level: float) -> tuple[str, Values]
 
 @effect(_draw_foundation)
 def foundation_mode(world: World, h: Hidden) -> World:
-    """The support stands on a mass on spring and damper, one for each end."""
+    """The support stands on a mass on a spring and damper, one for each end."""
     p = h.parameters
     return at_bearings(
         world,
@@ -161,7 +161,7 @@ def _draw_drag(rng: Rng, world: World, level: float) -> tuple[str, Values]:
 
 @effect(_draw_drag)
 def ring_drag(world: World, h: Hidden) -> World:
-    """Comes on top of the ring's usual drag."""
+    """Adds to the ring's usual drag."""
     usual = world.truth.bearings[ENDS.index(h.where)].ring_drag
     return at_bearings(world, h.where, ring_drag=usual + h.parameters["torque_n_m"])
 
@@ -170,6 +170,6 @@ def ring_drag(world: World, h: Hidden) -> World:
     lambda rng, w, level: (an_end_or_both(rng), {"growth_m_per_j": length(w, level, 5e-9, 150e-9) * 1000 / weight(w)})
 )
 def thermal_growth(world: World, h: Hidden) -> World:
-    """The gap closes in proportion to the heat of friction that is in the bearing: all so far, if no time of cooling is given."""
+    """The gap closes in proportion to the heat of friction in the bearing, which is never lost if no cooling time is given."""
     cooling = h.parameters.get("cooling_time_s", np.inf)
     return at_bearings(world, h.where, growth=h.parameters["growth_m_per_j"], cooling_rate=1 / cooling)

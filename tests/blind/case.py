@@ -1,9 +1,9 @@
-"""A case: one machine with or without something hidden, four drops, drawn from a seed and written as files.
+"""A case: one machine with or without something hidden, and four drops, drawn from a seed and written as files.
 
-Seeds below 1,000,000 judge; seeds from there on are for calibrating thresholds.  `strangeness` 0 has the laws that the
-machine file implies (Hunt-Crossley with 10/9, Coulomb); 1 lets contact, friction, masses and noise differ as those of
-real machines do, within what still deserves the verdict "none".  `strong` cases have the generator as it stands, plain laws,
-and effects from STRONG on: the kind of case that a strange rig would show on purpose.
+Seeds below 1,000,000 are for judging; seeds from there on are for calibrating thresholds.  `strangeness` 0 has the laws that the
+machine file implies (Hunt-Crossley with 10/9, Coulomb); with 1, contact, friction, masses and noise differ as in real machines,
+within limits where the verdict should still be "none".  `strong` cases have the generator without variation, plain laws, and
+effects of level STRONG or more, as a rig would show them on purpose.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ Rng = np.random.Generator
 
 @dataclass(frozen=True)
 class Case:
-    """What is drawn before anything is simulated; `plain` is the world without what is hidden."""
+    """What is drawn before anything is simulated; `plain` is the world without the hidden effects."""
 
     seed: int
     kind: str
@@ -45,7 +45,7 @@ class Case:
 
     @property
     def machine(self) -> Machine:
-        """The machine as its file says."""
+        """The machine as in its file."""
         return self.world.truth.machine
 
 
@@ -57,7 +57,7 @@ def draw_case(
     strangeness: float | None = None,
     strong: bool = False,
 ) -> Case:
-    """Draw a case; what is not asked for is drawn too.  Even seeds are plain, odd ones strange, unless asked."""
+    """Draw a case; arguments that are not given are drawn too.  Strangeness is 0 for even seeds, 1 for odd ones, unless given."""
     streams = [np.random.default_rng([seed, k]) for k in range(5)]
     for_machine, for_truth, for_laws, for_hidden, for_starts = streams
     if strangeness is None:
@@ -89,7 +89,7 @@ def draw_case(
 
 
 def simulate(case: Case) -> list[tuple[Drop, Channels]]:
-    """Return the four drops and what the file holds of them."""
+    """Return the four drops and the channels of their files."""
     drops = []
     for k, start in enumerate(case.starts):
         drop = run(case.world.truth, start)
@@ -132,7 +132,7 @@ def write_drops(case: Case, drops: list[tuple[Drop, Channels]], folder: Path) ->
 
 
 def _truth(machine: Machine, rng: Rng) -> Truth:
-    # one friction and one contact damping for both ends: the same parts
+    # one friction and one contact damping for both ends, which have the same parts
     friction = machine.touchdowns[0].friction.drawn(rng)
     contact_damping = machine.touchdowns[0].contact_damping.drawn(rng)
     first, second = (_bearing(t, friction, contact_damping, rng) for t in machine.touchdowns)
@@ -194,7 +194,7 @@ def _sensors(rng: Rng) -> Sensors:
 
 
 def _strange(world: World, strangeness: float, rng: Rng) -> World:
-    """Let the laws differ; every number is drawn at every strangeness, so that seeds stay comparable."""
+    """Vary the laws; every number is drawn at any strangeness, so that seeds stay comparable."""
     s = strangeness
 
     def about_one(spread: float) -> float:

@@ -1,4 +1,4 @@
-"""All that can be hidden: the catalogue's effects, and those that it lacks (their names begin with x_)."""
+"""All effects that can be hidden: those of the catalogue, and those outside it (their names begin with x_)."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ def names() -> tuple[str, ...]:
 
 
 def outside() -> tuple[str, ...]:
-    """Names of the effects that the catalogue lacks."""
+    """Names of the effects outside the catalogue."""
     return tuple(name for name in EFFECTS if name.startswith("x_"))
 
 
 def draw(name: str, rng: Rng, world: World, level: float) -> Hidden:
-    """Return place and parameters of an effect of a level between 0 (weak) and 1 (strong)."""
+    """Return an effect at a level between 0 (weak) and 1 (strong), with place and parameters drawn."""
     where, parameters = EFFECTS[name][0](rng, world, level)
     return Hidden(name, where, parameters)
 

@@ -1,8 +1,8 @@
-"""What is hidden in a machine: how an effect is declared, drawn and applied.
+"""Hidden effects: how they are declared, drawn and applied.
 
 An effect is a function that changes the true machine or its sensors, declared with another that draws its place and
-sizes (`level` from 0, weak, to 1, strong; sizes spread over it logarithmically).  Parameters are in SI, bear their unit
-as suffix, and have the catalogue's names where they mean the same.
+sizes (`level` from 0, weak, to 1, strong; sizes grow with it logarithmically).  Parameters are in SI, have their unit as
+suffix, and the catalogue's names where they mean the same.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class World:
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect at a place with its parameters, SI (the suffix says the unit)."""
+    """An effect at a place with its parameters, SI (unit as suffix)."""
 
     name: str
     where: str
@@ -56,12 +56,12 @@ def effect(draw: Draw) -> Callable[[Apply], Apply]:
 
 
 def between(level: float, low: float, high: float) -> float:
-    """Return a size between two, logarithmically."""
+    """Return the size at a level between two sizes, logarithmically."""
     return float(low * (high / low) ** level)
 
 
 def length(world: World, level: float, low: float, high: float) -> float:
-    """Return a length between two that are given for a gap of 250 um."""
+    """Return the length at a level between two lengths, which are given for a gap of 250 um."""
     return between(level, low, high) * world.truth.machine.touchdowns[0].gap.nominal / 250e-6
 
 
@@ -109,5 +109,5 @@ def at_bearings(world: World, where: str, **values: Any) -> World:
 
 
 def at_probe(values: tuple[float, ...], world: World, where: str, value: float) -> tuple[float, ...]:
-    """Return the probes' values with another one at a probe."""
+    """Return the probes' values with that of one probe replaced."""
     return tuple(value if p.name == where else v for p, v in zip(world.truth.machine.probes, values, strict=True))

@@ -1,8 +1,7 @@
-"""Is a diagnosis right?  The rules, and the sizes that it gives beside the true ones.
+"""Rules that decide whether a diagnosis is right, and comparison of its sizes with the true ones.
 
-Nothing hidden: the verdict must be "none".  Something that the catalogue lacks: "unknown".  Effects of the catalogue: all
-of them named and nothing else; "ambiguous" is right where its set holds them, and is counted apart.  The place counts
-separately.
+Nothing hidden: the verdict must be "none".  An effect outside the catalogue: "unknown".  Effects of the catalogue: all of them
+named and nothing else; "ambiguous" is right if its set contains them, and is counted separately.  So is the place.
 """
 
 from __future__ import annotations
@@ -11,7 +10,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-# the parameter of each effect that says how large it is, by the catalogue's name; effects not listed have no single one
+# the size parameter of each effect, by the catalogue's name; effects not listed have no single one
 SIZE = {
     "residual_magnetic_force": "decay_time",
     "unbalance": "amount",
@@ -54,13 +53,13 @@ class Size:
 
     @property
     def inside(self) -> bool:
-        """True where the 95 % interval holds the truth."""
+        """True if the 95 % interval contains the true size."""
         return self.low <= self.true <= self.high
 
 
 @dataclass(frozen=True)
 class Judgement:
-    """What a diagnosis is worth: `kind` of the case, what was `said` (effects, or the verdict itself)."""
+    """The judgement of a diagnosis: `kind` of the case, and what was `said` (effects, or the verdict itself)."""
 
     kind: str
     hidden: tuple[str, ...]
@@ -74,7 +73,7 @@ class Judgement:
 
 
 def judge(answer: dict[str, Any], result: dict[str, Any]) -> Judgement:
-    """Return the judgement of a result of `tdbmon diagnose` beside a case's answer."""
+    """Compare a result of `tdbmon diagnose` with a case's answer."""
     hidden = {name: each for name, each in answer["hidden"].items() if name != "none"}
     causes = list(result.get("causes") or [])
     named = {cause["effect"] for cause in causes}
@@ -111,7 +110,7 @@ def _same_place(true: str, cause: dict[str, Any]) -> bool:
 
 
 def _size(name: str, parameters: dict[str, float], cause: dict[str, Any]) -> Size | None:
-    """The size as found, where the result gives it with an interval in a unit that is known."""
+    """The size as found; None unless the result gives it with an interval in a known unit."""
     stem = SIZE[name]
     true = parameters[_named(stem, parameters)]
     found_all = cause.get("parameters") or {}
@@ -128,5 +127,5 @@ def _size(name: str, parameters: dict[str, float], cause: dict[str, Any]) -> Siz
 
 
 def _named(stem: str, parameters: dict[str, Any]) -> str:
-    """The parameter of a name, with whatever unit behind it; the shortest, since "first_phase_deg" is not "first_um"."""
+    """The key of a parameter with any unit as suffix; the shortest one, since "first_phase_deg" is not "first_um"."""
     return min((key for key in parameters if key == stem or key.startswith(stem + "_")), key=len, default="")

@@ -1,4 +1,4 @@
-"""Machines as their owner would write them: three families of rotors, drawn from a seed, and their TOML text."""
+"""Machines as their owner states them: three families of rotors, drawn from a seed, and their TOML text."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ class Probe:
 
 @dataclass(frozen=True)
 class Machine:
-    """What the machine file says, and the speeds of its drops (Hz)."""
+    """The machine as in its file, and the speeds of its drops (Hz)."""
 
     name: str
     sections: list[tuple[float, float]]

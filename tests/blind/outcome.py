@@ -1,4 +1,4 @@
-"""One case through `tdbmon diagnose` on the command line, and what came of it as JSON."""
+"""One case through `tdbmon diagnose` on the command line, and the outcome as JSON."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ from tests.blind.projected_signal import projected_signal
 
 @dataclass(frozen=True)
 class Outcome:
-    """A case and its judgement; `judgement` is missing and `error` says why where the command failed.
+    """A case and its judgement; if the command failed, `judgement` is None and `error` says why.
 
-    `levels` and `where` are those of what is hidden in alphabetical order.
+    `levels` and `where` are those of the hidden effects in alphabetical order.
     """
 
     seed: int
@@ -49,7 +49,7 @@ def diagnose_case(
     strong: bool = False,
     drops: tuple[int, ...] = (0, 1, 2, 3),
 ) -> Outcome:
-    """Make a case, diagnose it and keep the outcome in a folder; one that is there and did not fail is read instead."""
+    """Make a case, diagnose it and keep the outcome in a folder; an outcome that is there without error is read instead."""
     path = folder / f"case_{seed:07d}.json"
     if path.exists() and not (kept := load(path)).error:
         return kept
@@ -94,14 +94,14 @@ def diagnose_case(
 
 
 def load(path: Path) -> Outcome:
-    """Return an outcome that was kept."""
+    """Return a kept outcome."""
     return _outcome(json.loads(path.read_text(encoding="utf-8")))
 
 
 def with_ledger(ledger: Path, outcomes: Iterable[Outcome]) -> list[Outcome]:
-    """Return outcomes with those that a ledger has of other cases, by their seeds, and write all of them there.
+    """Return the outcomes together with those of other seeds in a ledger, sorted by seed, and write all of them there.
 
-    The ledger has a case a line, without what the command wrote; it is made where it is missing.
+    The ledger has one line per case, without the command's result; it is created if missing.
     """
     lines = ledger.read_text(encoding="utf-8").splitlines() if ledger.exists() else []
     before = [_outcome({**json.loads(line), "result": {}}) for line in lines]

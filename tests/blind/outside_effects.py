@@ -1,4 +1,4 @@
-"""What the catalogue lacks: the right verdict is "unknown"."""
+"""Effects outside the catalogue: the right verdict is "unknown"."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def x_axial_motion(world: World, h: Hidden) -> World:
 
 @effect(lambda rng, w, level: (an_end(rng), {"force_n": between(level, 0.5, 6) * weight(w)}))
 def x_cage_fracture(world: World, h: Hidden) -> World:
-    """A broken cage knocks the ring outwards once a turn of the cage."""
+    """A broken cage knocks the ring outwards once per turn of the cage."""
     return at_bearings(world, h.where, cage_knock=h.parameters["force_n"])
 
 
@@ -134,7 +134,7 @@ def x_fluid_film(world: World, h: Hidden) -> World:
     )
 )
 def x_magnet_kick(world: World, h: Hidden) -> World:
-    """A magnetic bearing comes back for a moment, some time into every drop."""
+    """A magnetic bearing switches on for a moment during every drop."""
     p = h.parameters
     return replace(
         world,

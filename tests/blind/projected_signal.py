@@ -1,8 +1,8 @@
-"""How much of an effect a record shows beyond what calibration can take up, in standard deviations of the noise.
+"""The signal of an effect in a record beyond what calibration can take up, in standard deviations of the noise.
 
-The change that the effect makes to the probes, from shortly before the release to 30 ms after it, is freed of what the
-calibratable values and each drop's own start can explain, each within what is known of it beforehand; what is left is
-compared with the noise.  Effects that act later (a ring that drags, heat, windage) show more than this number says.
+The change of the probes' readings by the effect, from shortly before the release to 30 ms after it, less what calibrated values
+and each drop's own start can explain within their priors, is compared with the noise.  Effects that act later (drag of a ring,
+heat, windage) show more than this number says.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ BEFORE, AFTER = 100, 600  # samples
 
 
 def projected_signal(case: Case, drops: tuple[int, ...] = (0, 2)) -> float:
-    """Return the signal of what is hidden in a case over some of its drops; 0 where nothing is hidden."""
+    """Return the signal of a case's hidden effects over some of its drops; 0 if nothing is hidden."""
     if not case.hidden:
         return 0.0
     changes, shared, own = [], [], []
@@ -35,7 +35,7 @@ def projected_signal(case: Case, drops: tuple[int, ...] = (0, 2)) -> float:
         own.append([(_seen(case.plain, other, 0.0) - plain) * known for other, known in _starts(case, start)])
         own[-1] += [(_seen(w, start, 0.0) - plain) * known for w, known in _pushed(case.plain)]
         own[-1].append(_later(plain))
-    # a column is what one standard deviation of a value, as known beforehand, changes
+    # a column is the change by one prior standard deviation of a value
     design = np.hstack(
         [np.vstack([np.array(each).T for each in shared]), block_diag(*(np.array(each).T for each in own))]
     )
@@ -48,7 +48,7 @@ def projected_signal(case: Case, drops: tuple[int, ...] = (0, 2)) -> float:
 
 
 def _seen(world: World, start: Start, mark: float) -> Array:
-    """The noiseless readings, one after the other."""
+    """The noiseless readings, flattened."""
     drop = run(world.truth, start, samples=BEFORE + AFTER, levitated=BEFORE)
     silent = replace(world.sensors, noise=0.0, hum=0.0)
     channels = read(drop, world.truth.machine, silent, mark, np.random.default_rng(0), levitated=BEFORE, rounded=False)
@@ -56,7 +56,7 @@ def _seen(world: World, start: Start, mark: float) -> Array:
 
 
 def _later(seen: Array) -> Array:
-    """What a later release changes, by the 2 ms that it is known to."""
+    """The change by a later release, by its prior standard deviation of 2 ms."""
     readings = seen.reshape(BEFORE + AFTER, -1)
     change = np.zeros_like(readings)
     change[BEFORE:-1] = (readings[BEFORE + 1 :] - readings[BEFORE:-1]) * 2e-3 * RATE
@@ -65,7 +65,7 @@ def _later(seen: Array) -> Array:
 
 
 def _calibratable(world: World) -> Iterator[tuple[World, float]]:
-    """The world with one value a little off, for each that a machine file leaves open, and what makes it one deviation.
+    """The world with each calibrated value in turn a little off, and the factor that makes the change one standard deviation.
 
     Half a tolerance is read as a standard deviation.
     """
@@ -96,7 +96,7 @@ def _calibratable(world: World) -> Iterator[tuple[World, float]]:
         for step in (_deviation(plane.amount), 1j * plane.amount.nominal * plane.phase.margin / 2):
             moved = tuple(u + small * step if j == index else u for j, u in enumerate(truth.unbalance))
             yield replace(world, truth=replace(truth, unbalance=moved)), 1 / small
-    for end in range(len(ENDS)):  # what the probes see of a good surface, once and twice a turn
+    for end in range(len(ENDS)):  # 1X and 2X runout of a good surface
         for order, usual in enumerate((1.5e-6, 0.75e-6)):
             for turn in (1, 1j):
                 runout = [list(r) for r in world.sensors.runout]
@@ -110,7 +110,7 @@ def _deviation(known: Known) -> float:
 
 
 def _starts(case: Case, start: Start) -> Iterator[tuple[Start, float]]:
-    """The start a little off: the set-point (known to 20 um), and where the cages stand, which no record tells."""
+    """The start a little off: the set-point (known to 20 um), and the cage angles, which no record shows."""
     for e in range(2):
         for turn in (1, 1j):
             moved = list(start.set_point)
@@ -122,7 +122,7 @@ def _starts(case: Case, start: Start) -> Iterator[tuple[Start, float]]:
 
 
 def _pushed(world: World) -> Iterator[tuple[World, float]]:
-    """The world with a small blow at the release: velocities of some 0.5 mm/s beyond the whirl."""
+    """The world with a small impulse at the release: velocities of some 0.5 mm/s beyond the whirl."""
     impulse = 0.5e-3 * rotor_modes(world.truth).mass / 2
     length = 2e-4
     for magnet in range(2):

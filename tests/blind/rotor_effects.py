@@ -1,4 +1,4 @@
-"""What is hidden in the rotor and its magnetic bearings."""
+"""Hidden effects of the rotor and its magnetic bearings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tests.blind.truth import levitation_growth
 
 @effect(lambda rng, w, level: ("rotor", {"decay_time_s": between(level, 0.2e-3, 4e-3)}))
 def residual_magnetic_force(world: World, h: Hidden) -> World:
-    """The force at switch-off, as it was, decays exponentially."""
+    """The force at switch-off decays exponentially."""
     return replace(world, truth=replace(world.truth, magnet_decay=h.parameters["decay_time_s"]))
 
 
@@ -33,7 +33,7 @@ def _draw_unbalance(rng: Rng, world: World, level: float) -> tuple[str, Values]:
 
 @effect(_draw_unbalance)
 def unbalance(world: World, h: Hidden) -> World:
-    """Comes on top of what the plane has within its tolerance; the whole is beyond what the sheet allows."""
+    """Adds to the plane's own unbalance within its tolerance; the sum exceeds the tolerance."""
     added = h.parameters["amount_kg_m"] * np.exp(1j * h.parameters["phase_rad"])
     planes = world.truth.machine.planes
     new = tuple(u + added if p.name == h.where else u for p, u in zip(planes, world.truth.unbalance, strict=True))
@@ -57,7 +57,7 @@ def _draw_cross_coupling(rng: Rng, world: World, level: float) -> tuple[str, Val
         ).truth
         return any(levitation_growth(coupled, 2 * np.pi * speed) > 0 for speed in coupled.machine.speeds)
 
-    low, high = 1e3, 1e8  # halved on a logarithmic scale: a machine that is dropped has levitated before
+    low, high = 1e3, 1e8  # bisected on a logarithmic scale: the machine must be stable in levitation before a drop
     while high / low > 1.02:
         middle = float(np.sqrt(low * high))
         low, high = (low, middle) if unstable(middle) else (middle, high)
@@ -87,6 +87,6 @@ def _draw_windage(rng: Rng, world: World, level: float) -> tuple[str, Values]:
 
 @effect(_draw_windage)
 def quadratic_windage(world: World, h: Hidden) -> World:
-    """Drag linear and quadratic in speed; at the third drop's nominal speed it is what it was."""
+    """Drag linear and quadratic in speed; at the third drop's nominal speed the total is unchanged."""
     decay, quadratic = 1 / h.parameters["linear_per_s"], h.parameters["quadratic_per_rad"]
     return replace(world, truth=replace(world.truth, decay_time=decay, quadratic_rate=quadratic))

@@ -1,4 +1,4 @@
-"""What is hidden in the instruments."""
+"""Hidden effects of the instruments."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def probe_runout(world: World, h: Hidden) -> World:
     )
 )
 def probe_crosstalk(world: World, h: Hidden) -> World:
-    """A factor of the end's other channel is in its channel A (`into` 0) or B (1)."""
+    """A factor of the end's other channel adds to its channel A (`into` 0) or B (1)."""
     leak = list(world.sensors.leak)
     leak[2 * ENDS.index(h.where) + int(h.parameters["into"])] = h.parameters["factor"]
     return replace(world, sensors=replace(world.sensors, leak=tuple(leak)))
@@ -77,6 +77,6 @@ def probe_crosstalk(world: World, h: Hidden) -> World:
 
 @effect(lambda rng, w, level: (a_probe(rng, w), {"delay_s": round(between(level, 1, 50)) / 20e3}))
 def channel_lag(world: World, h: Hidden) -> World:
-    """The channel shows what was, by a whole number of samples."""
+    """The channel is late by a whole number of samples."""
     late = at_probe(world.sensors.late, world, h.where, h.parameters["delay_s"])
     return replace(world, sensors=replace(world.sensors, late=late))

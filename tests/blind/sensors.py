@@ -1,4 +1,4 @@
-"""From what the shaft does to what the file holds: probes with runout, noise, hum and 16 bits; keyphasor; speed signal."""
+"""From the shaft's motion to the file's channels: probes with runout, noise, hum and 16 bits; keyphasor; speed signal."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ class Sensors:
 
 @dataclass(frozen=True)
 class Channels:
-    """What the file holds: probes in m (samples, 4), pulses 0 or 1, speed in Hz."""
+    """Channels of a file: probes in m (samples, 4), pulses 0 or 1, speed in Hz."""
 
     probes: Array
     keyphasor: NDArray[np.int8]
@@ -60,8 +60,8 @@ def read(
 ) -> Channels:
     """Return the channels of a drop.
 
-    `mark` is where the keyphasor's mark sits on the shaft, rad (0 as on the drawing); `levitated` as in the drop's run;
-    not `rounded` leaves the 16 bits away.
+    `mark` is the angle of the keyphasor's mark on the shaft, rad (0 as on the drawing); `levitated` as in the drop's run;
+    `rounded`: quantise to 16 bits.
     """
     whole = len(drop.angle)
     time = (np.arange(whole) - LEAD) / RATE

@@ -1,4 +1,4 @@
-"""The page that says how `tdbmon diagnose` does on blind cases: written from kept outcomes, one section a strangeness."""
+"""The page on how `tdbmon diagnose` does on blind cases, from kept outcomes, with one section per strangeness."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def wilson(hits: int, count: int) -> tuple[float, float]:
 
 
 def share(hits: int, count: int) -> str:
-    """Return a share with its count and 95 % interval as the page writes it."""
+    """Return a share with its count and 95 % interval as text."""
     if count == 0:
         return "no case"
     low, high = wilson(hits, count)
@@ -71,7 +71,7 @@ def calibration_error(stated: Sequence[tuple[float, bool]]) -> float:
 
 
 def page(outcomes: Sequence[Outcome], command: str, remark: str = "") -> str:
-    """Return the page in Markdown, with a remark of how the cases were run."""
+    """Return the page in Markdown, with a remark on how the cases were run."""
     lines = [HEAD.format(command=command)] + ([remark, ""] if remark else []) + _goals(outcomes)
     for title, chosen in (
         ("Plain laws", [o for o in outcomes if o.strangeness == 0.0]),
@@ -83,7 +83,7 @@ def page(outcomes: Sequence[Outcome], command: str, remark: str = "") -> str:
 
 
 def _goals(outcomes: Sequence[Outcome]) -> list[str]:
-    """What the project has set itself beside what was reached, over all cases."""
+    """The goals of the project and what was reached, over all cases."""
     judged = [(o, o.judgement) for o in outcomes if o.judgement is not None]
     plainly = [(o, j) for o, j in judged if j.kind == "effect" and o.signal >= PLAIN_SIGNAL]
     hidden = [(o, j) for o, j in judged if j.kind in ("effect", "pair")]
@@ -175,7 +175,7 @@ def _kinds(judged: Judged) -> list[str]:
 
 
 def _confusion(judged: Judged) -> list[str]:
-    """One row for what was hidden; what was said instead follows with its count."""
+    """One row per hidden effect; what was said instead follows with its count."""
     rows = []
     groups: dict[str, list[tuple[Outcome, Judgement]]] = {}
     for o, j in judged:
@@ -284,7 +284,7 @@ def _gains(judged: Judged) -> list[str]:
 
 
 def _wrong(judged: Judged) -> list[str]:
-    """Each case that was not right, so that it can be run again."""
+    """A row for each wrong case, so that it can be run again."""
     rows = []
     for o, j in judged:
         if not j.right or not j.place:

@@ -1,4 +1,4 @@
-"""A drop of the blind generator with plain laws beside the simulator's at the same true values: neither is wrong."""
+"""Drops of the blind generator with plain laws against those of the simulator at the same true values."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ LENGTH = 600  # samples after the release: 30 ms
 
 
 def as_true(truth: Truth) -> Machine:
-    """The machine file of an owner who knows everything."""
+    """The machine file with all values true and exact."""
     m = truth.machine
     nde, de = (
         replace(
@@ -91,7 +91,7 @@ def test_a_plain_drop_is_the_simulators(seed: int, tmp_path: Path) -> None:
     ours, theirs = both(case.world, case.plain, case.starts[1], [], tmp_path)
     error = np.abs(ours - theirs).max(axis=1)
     assert np.ptp(ours[:, :2]) > 200e-6  # fallen, and thrown back
-    # before contact: levitation, rotor and release; after it, bounces multiply what differs
+    # before contact: levitation, rotor and release; after it, bounces amplify differences
     assert error[:80].max() < 0.05e-6
     assert error[:300].max() < 0.5e-6  # the two friction laws rise within 0.01 and 0.05 m/s of slip
     assert error.max() < 10e-6
@@ -142,7 +142,7 @@ SAME = {
 }
 
 
-# those of how the rotor and the rings turn, which have tests of their own below
+# effects on the turning of rotor and rings, which have tests of their own below
 TURNING = ("ring_drag", "quadratic_windage")
 
 

@@ -166,7 +166,7 @@ def test_a_written_case_is_read_as_a_record(written: Path) -> None:
         assert name in shown.output
     analysis = analyse(read(drops[1]), machine)
     assert analysis.release is not None
-    # found at all and in the right units; how well, the tests of the analysis say
+    # found, and in the right units; accuracy is for the tests of the analysis
     assert analysis.release.time.value == pytest.approx(truth["release_time_s"], abs=5e-3)
     assert [check.check for check in analysis.checks if not check.passed] == []
 

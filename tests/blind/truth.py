@@ -1,4 +1,4 @@
-"""A machine as it truly is, with what is hidden in it, and one drop of it."""
+"""The true machine with its hidden effects, and one drop of it."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Start:
 
 @dataclass(frozen=True)
 class Drop:
-    """What happened, `LEAD` samples before the record on.
+    """The motion of a drop, from `LEAD` samples before the record on.
 
     places : (samples, probes, 2) m; angle : (samples,) rad; speed, ring_speed : rad/s; force : (samples, 2) N.
     """
@@ -90,7 +90,7 @@ def rotor_modes(truth: Truth) -> Modes:
 
 @dataclass(frozen=True)
 class Levitation:
-    """The levitated rotor in modal coordinates, x + i y: its mean place, the forces that hold it there, its whirl at angle 0."""
+    """The levitated rotor in modal coordinates, x + i y: mean position, holding forces, and whirl at shaft angle 0."""
 
     place: Complex
     holding: Complex
@@ -103,7 +103,7 @@ def levitation(truth: Truth, start: Start) -> Levitation:
     rotor = _rotor(truth, shaft)
     magnet = rotor.magnet
     seal = truth.seal_stiffness * np.outer(rotor.seal, rotor.seal)
-    # the set-point is held: static deflections and the holding forces that go with them
+    # static deflections with the set-point held, and the holding forces
     n = len(shaft.frequency)
     bordered = np.zeros((n + 2, n + 2), complex)
     bordered[:n, :n] = np.diag(shaft.frequency**2) - seal
@@ -159,9 +159,9 @@ def run(truth: Truth, start: Start, *, samples: int = 10_000, levitated: int = L
 
 
 def levitation_growth(truth: Truth, speed: float) -> float:
-    """Return the growth rate of the least damped motion in levitation at a speed (rad/s), 1/s; negative: stable."""
+    """Return the growth rate of the least damped mode in levitation at a speed (rad/s), 1/s; negative if stable."""
     rotor = _rotor(truth, rotor_modes(truth))
-    n = 6  # no higher mode loses its damping first
+    n = 6  # higher modes are better damped
     magnet, seal = rotor.magnet[:, :n], rotor.seal[:n]
     stiffness = np.diag(rotor.frequency[:n] ** 2) + magnet.T @ np.diag(truth.magnet_stiffness) @ magnet
     damping = np.diag(rotor.damping[:n]) + magnet.T @ np.diag(truth.magnet_damping) @ magnet
@@ -177,7 +177,7 @@ def _rotor(truth: Truth, shaft: Modes) -> Rotor:
     bearings = [t.position for t in machine.touchdowns]
     unbalance = sum(u * shaft.at(p.position) for u, p in zip(truth.unbalance, machine.planes, strict=True))
     late = truth.late_unbalance * shaft.at(machine.planes[truth.late_plane].position)
-    # a parabola, straight line through the bearings
+    # a parabola through the bearings
     s = (shaft.nodes - bearings[0]) / (bearings[1] - bearings[0])
     bow = truth.bow * shaft.amplitudes(4 * s * (1 - s), 4 * (1 - 2 * s) / (bearings[1] - bearings[0]))
     return Rotor(
