@@ -243,7 +243,7 @@ def changes(machine: Machine, before: Values, since: Values) -> tuple[Change, ..
     before, since : mapping of Estimate
         As from `tdbmon.diagnosis.sizes.sizes_of`.
     """
-    return tuple(change for change, size, least in _apart(machine, before, since) if size > least)
+    return tuple(change for change, size, least in _moved(machine, before, since) if size > least)
 
 
 def smaller(machine: Machine, before: Values, since: Values, changed: Collection[str] = ()) -> tuple[str, ...]:
@@ -253,12 +253,12 @@ def smaller(machine: Machine, before: Values, since: Values, changed: Collection
         f" {short(Estimate(size, unit=change.before.unit))}: no change is told below"
         f" {short(Estimate(least, unit=change.before.unit))}, which its tolerance in the machine file sets, since intervals of"
         " fits are too narrow; state a narrower tolerance if the value is known better"
-        for change, size, least in _apart(machine, before, since)
+        for change, size, least in _moved(machine, before, since)
         if _SMALLEST * least < size <= least and change.name not in changed
     )
 
 
-def _apart(machine: Machine, before: Values, since: Values) -> list[tuple[Change, float, float]]:
+def _moved(machine: Machine, before: Values, since: Values) -> list[tuple[Change, float, float]]:
     """Return the values that differ by more than their intervals, with the difference and the least change that is listed."""
     found = []
     for own in machine_parameters(machine):

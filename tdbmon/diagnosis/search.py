@@ -76,7 +76,7 @@ class Search:
         Horizon of the first search, s.
     tried : Contender or None
         The plain model, fitted to the fall, beside which contact causes were started in the fall.
-    asked : dict
+    searched : dict
         Horizon of the last search beside each model, s, by the model's name.
     first_contact_fits : FirstContactFits
         Fits of the plain model with waves, lobes and balls to where both ends have touched.
@@ -90,7 +90,7 @@ class Search:
     weak: bool = True
     began: float = math.inf
     tried: Contender | None = None
-    asked: dict[str, float] = field(default_factory=dict)
+    searched: dict[str, float] = field(default_factory=dict)
     first_contact_fits: FirstContactFits = field(default_factory=dict)
 
     @property
@@ -141,9 +141,9 @@ class Search:
             return False
         # before paths diverge, an excess is due to a cause more often than to an inexact law
         early = best.fails and horizon <= self.stages.sound
-        return best.fails_beside(plain) or early or self._may_lack_what_is_weak(best, horizon)
+        return best.fails_beside(plain) or early or self._may_lack_weak_cause(best, horizon)
 
-    def _may_lack_what_is_weak(self, best: Contender, horizon: float) -> bool:
+    def _may_lack_weak_cause(self, best: Contender, horizon: float) -> bool:
         """True for a plain model at the last common horizon: weak causes may show only there."""
         return horizon == self.last and not best.causes and not slows_otherwise(best)
 
@@ -177,7 +177,7 @@ class Search:
         one is sought beside its rivals.
         """
         bases = [
-            *(each for each in extended_by(best, [plain, *field], horizon) if self.asked.get(each.name) != horizon),
+            *(each for each in extended_by(best, [plain, *field], horizon) if self.searched.get(each.name) != horizon),
             best,
             *others_of_the_field(best, plain, horizon, field),
         ]
@@ -185,7 +185,7 @@ class Search:
         found: list[Contender] = []
         for base in bases:
             candidates, wavy = self._candidates(base, horizon, field, thorough)
-            self.asked[base.name] = horizon
+            self.searched[base.name] = horizon
             at = wavy if base is best else at
             found = self._explaining_enough(best, candidates)
             holding = [each for each in found if not each.fails]
