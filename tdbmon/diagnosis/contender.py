@@ -39,7 +39,7 @@ _NEGLIGIBLE = 0.06  # of the typical size: no ring is perfectly round, no race f
 
 @dataclass(frozen=True, eq=False)
 class Contender:
-    """A model with causes, fitted to a horizon.
+    """A model of a contest, plain or with causes, fitted to a horizon.
 
     Attributes
     ----------

@@ -295,7 +295,7 @@ class _Contest:
             return
         self.search.progress("fitting what the machine file states without tolerance too")
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
-        self.freed = seen or self.horizon >= self.stages.late  # asked for the last time
+        self.freed = seen or self.horizon >= self.stages.late  # not tried again
         if found is None:
             return
         fallen, (plain, *others) = found

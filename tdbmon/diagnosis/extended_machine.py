@@ -1,4 +1,4 @@
-"""The machine file of an extended model, which every other command takes."""
+"""The machine file of an extended model, accepted by every other command."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class LeftOver:
 
     @property
     def speed(self) -> float:
-        """Hz."""
+        """Speed, Hz."""
         return abs(self.omega) / (2 * math.pi)
 
     @property

@@ -50,7 +50,7 @@ class Alike:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """The outcome.
+    """The verdict of a contest.
 
     Attributes
     ----------
@@ -257,7 +257,7 @@ def _accused(case: _Case) -> Verdict:
     )
 
 
-# in this order
+# the first that returns a verdict decides
 _RULES = (
     _nothing_is_missing,
     _too_much_is_left,

@@ -90,7 +90,7 @@ class WaysOut:
         # where little is left, a wrong clearance is likelier than a cause, and looks like waves of many orders
         if horizon == stages.touched or (self._may_be_led(best, decided) and _nearly_holds(best)):
             best = replace(best, fit=better_clearances(best.problem, best.fit, horizon))
-        if horizon >= stages.bounced and self._may_be_led(best, decided) and _nearly_holds(best):  # still
+        if horizon >= stages.bounced and self._may_be_led(best, decided) and _nearly_holds(best):  # still so
             led = led_along(best.problem, best.fit, horizon)
             if hardly_gained(best.fit, led, best.floor * best.fit.count):
                 self.tried.add((Way.VALLEY, best.name))
