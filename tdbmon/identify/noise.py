@@ -28,7 +28,7 @@ _HIGHEST_ORDER = 8  # of the autoregressive model
 _ROUNDS = 3  # of fitting orbit and colour alternately
 _LEAST_PART = 0.75  # of a turn or of a period of hum, needed to separate it from the mean
 _LEAST_HUM = 1.5  # periods, needed to separate hum from the bend of an orbit that is not determined itself
-_UNTOLD = (
+_UNDETERMINED = (
     3e-6  # m, size of an undetermined orbit: the runout of a good probe track is 6 um pk-pk (API 670, 5th ed., 6.1.2)
 )
 
@@ -131,7 +131,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     )
     if not told:
         seen = design[:, :slow] @ solution[:slow]
-        return replace(noise, mean=float(np.mean(seen)), mean_sigma=float(np.hypot(_UNTOLD, np.std(seen))))
+        return replace(noise, mean=float(np.mean(seen)), mean_sigma=float(np.hypot(_UNDETERMINED, np.std(seen))))
     white_design = whitened(design.T, colour).T[len(colour) :]
     covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
     spread = np.sqrt(np.diag(covariance))
