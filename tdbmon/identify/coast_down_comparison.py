@@ -29,7 +29,7 @@ _AROUND = 0.1  # of a critical speed, within which the peak is sought
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Speed and motion in windows of a second from the release (SI).
+    """Speed and motion in windows of 1 s from the release (SI).
 
     Attributes
     ----------
