@@ -1,1 +1,1 @@
-"""A rotor with its magnetic and touchdown bearings, dropped: the machine and its physics."""
+"""Dropdowns of a rotor in magnetic and touchdown bearings: the machine and its physics."""

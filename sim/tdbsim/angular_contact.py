@@ -1,10 +1,11 @@
 """Angular-contact ball bearings: rows whose contact angle varies with load and tilt, alone or in pairs.
 
-Deflections are those of the inner ring in the outer one.  Ball j at azimuth beta holds the groove centres A apart when it
-is just free; loaded, they stand at s_r = A cos(alpha0) - c_d/2 + e_r radially and s_a = A sin(alpha0) + e_t axially, the
-ball is pressed by hypot(s_r, s_a) - A and carries load at the angle atan2(s_a, s_r) (T. A. Harris, Rolling Bearing
-Analysis, chapter on loads at slow speed).  A deep-groove bearing is the row with alpha0 = 0 and its clearance c_d.
-Centrifugal force and the ball's gyroscopic moment are left out, and the stiffness is that at the free contact angle.
+Deflections are those of the inner ring relative to the outer one.  At ball j at azimuth beta, the groove centres are a distance A
+apart when the ball is just free.  Under load their distance is s_r = A cos(alpha0) - c_d/2 + e_r radially and s_a = A sin(alpha0)
++ e_t axially; the ball is compressed by hypot(s_r, s_a) - A and carries its load at the contact angle atan2(s_a, s_r) (T. A.
+Harris, Rolling Bearing Analysis, chapter on loads at slow speed).  A deep-groove bearing is a row with alpha0 = 0 and
+clearance c_d.  Centrifugal force and gyroscopic moment of the balls are neglected, and the stiffness is that at the free contact
+angle.
 """
 
 from __future__ import annotations
@@ -35,13 +36,13 @@ class Row:
         Its ``contact_angle`` is the free one.
     count : int
     position : float
-        Of the ball's centres along the shaft from the bearing's middle, m.
+        Axial position of the ball centres from the bearing's middle, m.
     sense : int
-        +1 where the inner ring pushed towards +z loads the row, -1 where pushed towards -z.
+        +1 where a push of the inner ring towards +z loads the row, -1 where one towards -z does.
     clearance : float
-        Diametral, on top of what the contact angle takes, m.
+        Diametral, in addition to that of the free contact angle, m.
     preload : float
-        By how much the row is closed axially with the rings centred, m; negative where there is play.
+        Axial interference of the row with the rings centred, m; negative for play.
     """
 
     geometry: BearingGeometry
@@ -59,22 +60,22 @@ class Row:
 
     @property
     def centre_distance(self) -> float:
-        """A, distance of the groove centres with the ball just free, m."""
+        """Distance A of the groove centres with the ball just free, m."""
         conformities = self.geometry.inner_conformity + self.geometry.outer_conformity
         return (conformities - 1) * self.geometry.ball_diameter
 
     @property
     def locus_radius(self) -> float:
-        """Radius of the circle of the inner groove's centres, m."""
+        """Radius of the circle of inner groove centres, m."""
         ball, angle = self.geometry.ball_diameter, self.geometry.contact_angle
         return self.geometry.pitch_diameter / 2 + (self.geometry.inner_conformity - 0.5) * ball * math.cos(angle)
 
 
 @dataclass(frozen=True)
 class RowLoads:
-    """How a row is loaded: press, m, load, N, contact angle, rad, of each ball; each (..., n).
+    """Compression, m, load, N, and contact angle, rad, of each ball of a row; each (..., n).
 
-    The angle counts positive on the side that the row carries; it is the row's own, whatever its sense.
+    The angle is positive in the row's own direction of axial load, whatever its sense.
     """
 
     press: Array
@@ -104,12 +105,12 @@ class AngularContactBearing:
         return self.rows[0].geometry.pitch_diameter / 2
 
     def displaced(self, displacement: ArrayLike, cage_angle: ArrayLike = 0.0) -> tuple[RowLoads, ...]:
-        """Return how each row is loaded for displacements (..., 5), at the cage's angle (...), rad."""
+        """Return the ball loads of each row for displacements (..., 5), at the cage's angle (...), rad."""
         where = np.asarray(displacement, dtype=float)
         return tuple(self._row(i, where, np.asarray(cage_angle, dtype=float))[0] for i in range(len(self.rows)))
 
     def force(self, displacement: ArrayLike, cage_angle: ArrayLike = 0.0) -> Array:
-        """Return the load (..., 5) on the inner ring that holds a displacement: the gradient of the balls' elastic energy."""
+        """Return the load (..., 5) on the inner ring that balances a displacement: the gradient of the elastic energy."""
         where, cage = np.asarray(displacement, dtype=float), np.asarray(cage_angle, dtype=float)
         total = np.zeros(np.broadcast_shapes(where.shape, (*cage.shape, 5)))
         for i in range(len(self.rows)):
@@ -119,7 +120,7 @@ class AngularContactBearing:
         return total
 
     def _row(self, index: int, where: Array, cage: Array) -> tuple[RowLoads, Array, Array, Array]:
-        """Return the loads of a row, how radial and axial approach depend on the displacement (..., n, 5), length."""
+        """Return the loads of a row, derivatives of radial and axial approach by the displacement (..., n, 5), length."""
         row, stiffness = self.rows[index], self._stiffness[index]
         beta = cage[..., None] + 2 * math.pi * np.arange(row.count) / row.count
         c, s, none = np.cos(beta), np.sin(beta), np.zeros_like(beta)
@@ -140,15 +141,15 @@ class AngularContactBearing:
         Raises
         ------
         InputError
-            If the rows cannot carry a load, such as an axial one that takes a single row apart: then balls would be
-            pressed on the low shoulder (`displaced` computes them as if it were a full groove).
+            If the rows cannot carry a load, such as an axial one that separates a single row: the balls would then run on
+            the low shoulder (which `displaced` treats as a full groove).
         """
         load = np.asarray(load, dtype=float)
         if load.shape[-1:] != (5,) or not np.all(np.isfinite(load)):
             raise InputError("a load has five finite components: F_x, F_y, F_z in N, M_x, M_y in N m")
         shape = np.broadcast_shapes(load.shape[:-1], np.shape(cage_angle))
         cage = np.broadcast_to(np.asarray(cage_angle, dtype=float), shape).ravel()
-        # angles count as arcs on the pitch circle, so that all coordinates are lengths
+        # angles as arcs on the pitch circle, so that all coordinates are lengths
         unit = np.array([1.0, 1.0, 1.0, 1 / self._radius, 1 / self._radius])
         flat = np.broadcast_to(load, (*shape, 5)).reshape(-1, 5) * unit
 
@@ -185,7 +186,7 @@ class AngularContactBearing:
 
 
 def single(geometry: BearingGeometry, count: int, clearance: float = 0.0) -> AngularContactBearing:
-    """Return a bearing of one row that carries towards +z; a deep-groove one where the contact angle is 0."""
+    """Return a bearing of one row that carries axial load towards +z; a deep-groove one at contact angle 0."""
     return AngularContactBearing((Row(geometry, count, clearance=clearance),))
 
 
@@ -204,12 +205,12 @@ def pair(
         "X" (face to face: the lines of contact meet the axis between the rows or near them), "O" (back to back: far
         apart, stiff against tilt), "tandem" (both rows carry towards +z).
     preload : float
-        By how much the pair is clamped together axially, m, half of it to each row; negative for axial play.
+        Axial interference of the pair, m, half of it at each row; negative for axial play.
 
     Raises
     ------
     InputError
-        If the spacing is not positive, or rows in tandem shall be clamped against each other.
+        If the spacing is not positive, or a preload is given for rows in tandem.
     """
     if not spacing > 0:
         raise InputError(f"spacing {spacing * 1e3:g} mm of the rows is not positive")

@@ -1,6 +1,6 @@
-"""The ball bearing between inner and outer ring: loaded balls on Hertz springs, a cage that rolls with the ring.
+"""The ball bearing between inner and outer ring: balls as Hertz springs, and a cage that rolls with the ring.
 
-Deep groove without axial load: ball j at azimuth beta_j is pressed by delta_j = e_x cos beta_j + e_y sin beta_j - c_d/2 +
+Deep groove without axial load: ball j at azimuth beta_j is compressed by delta_j = e_x cos beta_j + e_y sin beta_j - c_d/2 +
 its oversize + waviness, and carries Q_j = K delta_j^(3/2) where delta_j > 0 (T. A. Harris, Rolling Bearing Analysis).
 """
 
@@ -15,21 +15,21 @@ from tdbsim.columns import BALL_COUNT, CAGE_ANGLE, CAGE_RATIO, HALF_CLEARANCE, R
 
 @shared
 def cage_angle(row, ring_angle):  # type: ignore[no-untyped-def]
-    """Return the angle of the cage, rad, where the inner ring stands at `ring_angle`; `row` : columns of the end."""
+    """Return the angle of the cage, rad, at `ring_angle` of the inner ring; `row` : columns of the end."""
     return row[CAGE_ANGLE] + row[CAGE_RATIO] * (ring_angle - row[RING_ANGLE])
 
 
 @inlined
 def ball_load(press, stiffness):  # type: ignore[no-untyped-def]
-    """Return the load of a ball pressed by `press`, m, in N."""
+    """Return the load of a ball, N, compressed by `press`, m."""
     return stiffness * press * math.sqrt(press) if press > 0.0 else 0.0
 
 
 @inlined
 def ball_press(m, end, j, along, across, cage, ring_angle):  # type: ignore[no-untyped-def]
-    """Return by how much ball `j` of an end is pressed, m, negative where it is loose.
+    """Return the compression of ball `j` of an end, m, negative where it is loose.
 
-    (along, across) : displacement of the inner ring in the outer one, turned into the cage.
+    (along, across) : displacement of the inner relative to the outer ring, in the cage's frame.
     """
     row = m.end[end]
     press = along * m.ball_cosine[end, j] + across * m.ball_sine[end, j] - row[HALF_CLEARANCE] + m.ball_oversize[end, j]
@@ -38,12 +38,12 @@ def ball_press(m, end, j, along, across, cage, ring_angle):  # type: ignore[no-u
     return press
 
 
-# the forces have sums of their own: with another rounding of where the rings rest, fits end in other hollows of their misfit
+# the force kernels repeat the sum: with other rounding of the rings' rest position, fits end in other local minima
 @inlined
 def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cosine, sine, oversize, end):  # type: ignore[no-untyped-def]
-    """Return the force (x, y) of the balls on the inner ring, off by (ex, ey) in the outer one.
+    """Return the force (x, y) of the balls on the inner ring, displaced by (ex, ey) relative to the outer one.
 
-    `cosine`, `sine` : of the balls' azimuths in the cage.  The displacement is turned into the cage, not every ball out.
+    `cosine`, `sine` : of the balls' azimuths in the cage's frame, into which the displacement is rotated once for all balls.
     """
     u = ex * cos_cage + ey * sin_cage
     v = ey * cos_cage - ex * sin_cage
@@ -60,7 +60,7 @@ def ring_force(ex, ey, count, stiffness, half_clearance, cos_cage, sin_cage, cos
 
 @inlined
 def ring_force_wavy(ex, ey, count, stiffness, half_clearance, cage, ring, spacing, oversize, p):  # type: ignore[no-untyped-def]
-    """Return the same with the raceways' waviness; `cage` and `ring` are angles, `spacing` the angle between balls."""
+    """Return the same with waviness of the raceways; `cage` and `ring` are angles, `spacing` is the angle between balls."""
     fx = 0.0
     fy = 0.0
     for j in range(count):

@@ -1,8 +1,8 @@
-"""Load of each ball of a deep-groove bearing, at rest or slowly loaded, with balls and raceways that are not perfect.
+"""Quasi-static ball loads of a deep-groove bearing with imperfect balls and raceways.
 
-Ball j at azimuth beta_j is pressed by delta_j = e_x cos beta_j + e_y sin beta_j - c_d/2 + its oversize + waviness, and
-carries Q_j = K_j delta_j^(3/2) where delta_j > 0 (T. A. Harris, Rolling Bearing Analysis): what `tdbsim.ball_bearing`
-computes inside a run, here with the stiffness of each ball's own size, and turned round: the displacement from the load.
+Ball j at azimuth beta_j is compressed by delta_j = e_x cos beta_j + e_y sin beta_j - c_d/2 + its oversize + waviness, and
+carries Q_j = K_j delta_j^(3/2) where delta_j > 0 (T. A. Harris, Rolling Bearing Analysis).  `tdbsim.ball_bearing` computes the
+same inside a run; here each ball has the stiffness of its own size, and the inverse, displacement from load, is solved too.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Race = Literal["inner", "outer"]
 
 @dataclass(frozen=True)
 class Wave:
-    """Waves of a raceway: interference amplitude cos(order (azimuth - angle of the race) - phase), m and rad."""
+    """Waviness of a raceway: interference amplitude cos(order (azimuth - angle of the race) - phase), m and rad."""
 
     amplitude: float
     order: int
@@ -40,7 +40,7 @@ class Wave:
 
 
 def off_sized(geometry: BearingGeometry, deviation: float) -> BearingGeometry:
-    """Return the geometry that a ball sees whose diameter deviates, m: the grooves stay, so the conformity changes."""
+    """Return the geometry for a ball with a deviation of the diameter, m: the grooves stay, so the conformity changes."""
     if deviation == 0:
         return geometry
     diameter = geometry.ball_diameter + deviation
@@ -55,16 +55,16 @@ def off_sized(geometry: BearingGeometry, deviation: float) -> BearingGeometry:
 
 @dataclass(frozen=True)
 class BallLoads:
-    """How a row of balls is loaded; arrays may have any number of leading dimensions (time first).
+    """Loads of a row of balls; arrays may have any number of leading dimensions (time first).
 
     Attributes
     ----------
     displacement : (..., 2) array
-        Of the inner ring in the outer one (x, y), m.
+        Of the inner relative to the outer ring (x, y), m.
     azimuth : (..., n) array
         Of the balls, rad.
     press : (..., n) array
-        By how much each ball is pressed, m; negative where it is loose.
+        Compression of each ball, m; negative where it is loose.
     load : (..., n) array
         N.
     """
@@ -76,7 +76,7 @@ class BallLoads:
 
     @property
     def force(self) -> Array:
-        """Force (..., 2) that the inner ring puts on the balls, N: the load that the displacement balances."""
+        """Force (..., 2) of the inner ring on the balls, N: the load in equilibrium with the displacement."""
         return np.stack(
             [np.sum(self.load * np.cos(self.azimuth), axis=-1), np.sum(self.load * np.sin(self.azimuth), axis=-1)],
             axis=-1,
@@ -93,16 +93,16 @@ class BallRow:
         Of a ball of nominal size.
     count : int
     diametral_clearance : float
-        m; negative where the balls are pressed from the start.
+        m; negative for preloaded balls.
     oversize : tuple of float
-        Diameter of each ball less the nominal one, m, ball 1 first; empty where all are nominal.
+        Deviation of each ball's diameter from the nominal one, m, ball 1 first; empty where all are nominal.
     waves : tuple of Wave
         Of the raceways.
 
     Raises
     ------
     InputError
-        If there are fewer than three balls, or another number of sizes than balls.
+        If there are fewer than three balls, or the number of sizes is not that of the balls.
     """
 
     geometry: BearingGeometry
@@ -118,7 +118,7 @@ class BallRow:
             raise InputError(f"{len(self.oversize)} ball sizes given for {self.count} balls; give one a ball, or none")
 
     def with_oversize(self, deviation: float, *balls: int) -> BallRow:
-        """Return the row with some balls (1 to count) off size by a deviation of the diameter, m."""
+        """Return the row with a deviation of the diameter, m, at some balls (1 to count)."""
         sizes = list(self.oversize or (0.0,) * self.count)
         for ball in balls:
             if not 1 <= ball <= self.count:
@@ -128,7 +128,7 @@ class BallRow:
 
     @cached_property
     def geometries(self) -> tuple[BearingGeometry, ...]:
-        """What each ball sees."""
+        """Bearing geometry for each ball's size."""
         return tuple(off_sized(self.geometry, size) for size in self.oversize or (0.0,) * self.count)
 
     @cached_property
@@ -137,11 +137,11 @@ class BallRow:
         return np.array([each.stiffness for each in self.geometries])
 
     def azimuth(self, cage_angle: ArrayLike = 0.0) -> Array:
-        """Return the balls' azimuths (..., n), rad; ball 1 stands at the cage's angle (...)."""
+        """Return the balls' azimuths (..., n), rad; ball 1 is at the cage's angle (...)."""
         return np.asarray(cage_angle, dtype=float)[..., None] + 2 * math.pi * np.arange(self.count) / self.count
 
     def interference(self, azimuth: Array, ring_angle: ArrayLike = 0.0) -> Array:
-        """Return the press (..., n) of each ball with the rings centred, m, at the angle (...) of the inner ring."""
+        """Return the compression (..., n) of each ball with the rings centred, m, at the angle (...) of the inner ring."""
         ring = np.asarray(ring_angle, dtype=float)[..., None]
         sizes = np.array(self.oversize or (0.0,) * self.count)
         total = np.broadcast_to(sizes - self.diametral_clearance / 2, np.broadcast_shapes(azimuth.shape, ring.shape))
@@ -151,7 +151,7 @@ class BallRow:
         return total
 
     def displaced(self, displacement: ArrayLike, cage_angle: ArrayLike = 0.0, ring_angle: ArrayLike = 0.0) -> BallLoads:
-        """Return the loads of the balls for displacements (..., 2) of the inner ring in the outer one, m."""
+        """Return the loads of the balls for displacements (..., 2) of the inner relative to the outer ring, m."""
         displacement = np.asarray(displacement, dtype=float)
         azimuth = self.azimuth(cage_angle)
         press = self.interference(azimuth, ring_angle) + (
@@ -163,7 +163,7 @@ class BallRow:
         )
 
     def loaded(self, force: ArrayLike, cage_angle: ArrayLike = 0.0, ring_angle: ArrayLike = 0.0) -> BallLoads:
-        """Return the loads of the balls that balance a force on the inner ring.
+        """Return the loads of the balls in equilibrium with a force on the inner ring.
 
         Parameters
         ----------
@@ -198,7 +198,7 @@ class BallRow:
             gradient = np.stack([np.sum(load * c, axis=1), np.sum(load * s, axis=1)], axis=1)
             return 0.4 * np.sum(load * press, axis=1), gradient, np.moveaxis(curvature, 2, 0), load.sum(axis=1)
 
-        # the ball nearest to the force is pressed by at least what it takes to carry the force alone
+        # start from a displacement with which a single ball in line with the force would carry it alone
         size = np.linalg.norm(flat, axis=1)
         alone = (size / self.stiffness.min()) ** (2 / 3)
         far = np.where(size > 0, np.maximum(alone - free.min(axis=1), 0.0) / math.cos(math.pi / self.count), 0.0)

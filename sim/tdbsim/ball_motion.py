@@ -1,4 +1,4 @@
-"""How balls and cage move while the inner ring turns: rolling on both races (T. A. Harris, Rolling Bearing Analysis).
+"""Kinematics of balls and cage while the inner ring turns: rolling on both races (T. A. Harris, Rolling Bearing Analysis).
 
 With balls of diameter d at the contact angle alpha on a pitch circle D and gamma = d cos(alpha)/D, the cage turns at
 (1 - gamma)/2 of the ring's speed.
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class BallMotion:
-    """How balls move while the inner ring turns and the outer one stands; rates a rate of the inner ring.
+    """Rates of balls and cage over the speed of the inner ring, with the outer ring fixed.
 
     Attributes
     ----------
@@ -25,7 +25,7 @@ class BallMotion:
     roll : float
         Of a ball about its own axis relative to the cage.
     spin_inner, spin_outer : float
-        Of a ball against each race about the normal of the contact.
+        Of a ball relative to each race about the contact normal.
     """
 
     cage: float
@@ -39,13 +39,13 @@ def ball_motion(geometry: BearingGeometry) -> BallMotion:
     """Return the motion of balls that roll on both races and do not spin on the outer one (outer-race control).
 
     B. J. Hamrock, D. Dowson, Ball Bearing Lubrication (1981): tan(pitch) = sin(alpha)/(cos(alpha) + d/D).  The balls
-    then spin on the inner race with sin(alpha) times the ring's rate; at contact angle 0 nothing spins.
+    then spin on the inner race at sin(alpha) times the ring's speed; at contact angle 0 there is no spin.
     """
     ratio = geometry.ball_diameter / geometry.pitch_diameter
     angle = geometry.contact_angle
     cosine = math.cos(angle)
     pitch = math.atan2(math.sin(angle), cosine + ratio)
-    # rolling on both races fixes cage and ball: omega x r is the same on both sides of each contact
+    # rolling on both races: omega x r is equal on both sides of each contact
     cage, ring = (1 - ratio * cosine) / 2, (1 + ratio * cosine) / 2
     roll = (1 / ratio - ratio * cosine * cosine) / 2 / math.cos(angle - pitch)
     spun = roll * math.sin(angle - pitch)

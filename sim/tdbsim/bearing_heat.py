@@ -1,8 +1,8 @@
-"""What a machine's file says of the heat in a touchdown bearing: bodies, materials, friction inside it.
+"""The heat table of a touchdown bearing in a machine file: bodies, materials, friction inside the bearing.
 
-A bearing without this table has no heat: its run is that of cold bodies.  With it the drop is integrated together with the
-temperatures (`tdbsim.heat_coupling`).  Radii of journal and bore, balls and pitch circle are the bearing's own.  Only files with
-this table load what works on it.
+A bearing without this table stays cold.  With it the drop is integrated together with the temperatures
+(`tdbsim.heat_coupling`).  Radii of journal and bore, balls and pitch circle are those of the bearing.  The thermal modules are
+imported only for files with this table.
 """
 
 from __future__ import annotations
@@ -32,26 +32,25 @@ class HeatMaterial(Part):
 
     @property
     def elastic(self) -> Material:
-        """What contacts need of it."""
+        """Its elastic constants."""
         from tdbsim.hertz import Material
 
         return Material(self.elastic_modulus, self.poisson_ratio)
 
     @property
     def thermal(self) -> ThermalMaterial:
-        """What heat needs of it."""
+        """Its thermal constants."""
         from tdbsim.heat_network import ThermalMaterial
 
         return ThermalMaterial(self.conductivity, self.density, self.specific_heat, self.expansion, self.poisson_ratio)
 
 
 class BearingHeat(Part):
-    """Bodies that heat flows through, and the friction inside the bearing.
+    """Thermal bodies of a bearing, and its internal friction.
 
-    `inner_race_radius` and `outer_race_radius` bound the walls of the rings where the balls run (mean of shoulder and
-    groove).  `width` is that of all rows together; `shaft_length` that of the piece of shaft that takes
-    part.  Shaft and housing are of the rings' material, `race`.  The torque law is
-    Palmgren's (`tdbsim.bearing_torque`); the bearing's `inner_ring_drag` is what brakes the ring beside it.
+    `inner_race_radius` and `outer_race_radius` are those of the ring walls at the balls (mean of shoulder and groove).  `width`
+    is that of all rows together; `shaft_length` that of the heated piece of shaft.  Shaft and housing are of the rings' material,
+    `race`.  The friction torque follows Palmgren (`tdbsim.bearing_torque`); the bearing's `inner_ring_drag` acts in addition.
     """
 
     inner_race_radius: Length
@@ -69,7 +68,7 @@ class BearingHeat(Part):
     spin_friction: Number = Field(0.0, ge=0)
 
     def body(self, bearing: TouchdownBearing) -> BearingBody:
-        """Return the bodies of the bearing (raises InputError where their radii do not follow each other)."""
+        """Return the bodies of the bearing (raises InputError where their radii are not in order)."""
         from tdbsim.heat_network import BearingBody
 
         return BearingBody(
@@ -91,7 +90,7 @@ class BearingHeat(Part):
         )
 
     def geometry(self, bearing: TouchdownBearing) -> BearingGeometry:
-        """Return how balls and races touch (raises InputError where the parts cannot make a bearing)."""
+        """Return the contact geometry (raises InputError where the parts cannot make a bearing)."""
         return bearing.balls.geometry(self.ball.elastic, self.race.elastic)
 
     def torque(self, bearing: TouchdownBearing) -> TorqueLaw:

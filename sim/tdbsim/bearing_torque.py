@@ -1,4 +1,4 @@
-"""Friction torque inside a ball bearing, and which race its heat is made at.
+"""Friction torque of a ball bearing, and the distribution of its heat between the races.
 
 Torque of the whole bearing (A. Palmgren, Grundlagen der Wälzlagertechnik, 1959; T. A. Harris, Rolling Bearing Analysis):
 M = M_L + M_v with M_L = f1 P d_m, and M_v = 1e-7 f2 (nu N)^(2/3) d_m^3 above nu N = 2000, else 160e-7 f2 d_m^3, for
@@ -32,7 +32,7 @@ class TorqueLaw:
     pitch_diameter : float
         m.
     load_factor : float
-        f1; about 0.0003 to 0.001, by the bearing's kind and load.
+        f1; about 0.0003 to 0.001, depending on bearing type and load.
     speed_factor : float
         f2; about 0.7 to 2 with grease or oil mist.  The law was measured on lubricated bearings.
     viscosity : float
@@ -55,14 +55,14 @@ class TorqueLaw:
         return np.asarray(self.load_factor * np.abs(np.asarray(load, dtype=float)) * self.pitch_diameter)
 
     def of_speed(self, speed: ArrayLike) -> Array:
-        """Return M_v, N m, for ring speeds in Hz; nothing drags a ring at rest."""
+        """Return M_v, N m, for ring speeds in Hz; zero at rest."""
         each = np.vectorize(speed_torque.py_func, otypes=[float])
         return np.asarray(each(speed, self.speed_factor, self.viscosity, self.pitch_diameter))
 
 
 @inlined
 def speed_torque(speed, factor, viscosity, pitch_diameter):  # type: ignore[no-untyped-def]
-    """Return M_v, N m, at a speed in Hz: factor f2, viscosity in m^2/s, pitch diameter in m."""
+    """Return M_v, N m, at a speed in Hz, with factor f2, viscosity in m^2/s and pitch diameter in m."""
     product = 1e6 * viscosity * 60.0 * abs(speed)
     if product == 0.0:
         return 0.0
@@ -72,15 +72,15 @@ def speed_torque(speed, factor, viscosity, pitch_diameter):  # type: ignore[no-u
 
 @inlined
 def race_shares(torque, spin_inner, spin_outer, across):  # type: ignore[no-untyped-def]
-    """Return which parts of the work of a torque heat the inner and the outer race; together all of it.
+    """Return the shares of a torque's work that heat the inner and the outer race; their sum is 1.
 
-    Rolling friction is shared between the races as their radii, 1 -+ `across` (the same drag on a smaller radius), which
-    leaves the inner one the cooler; spin adds to the race that the balls spin on.
+    Rolling friction is shared in proportion to the races' radii, 1 -+ `across` (equal drag on different radii), so the inner race
+    gets less; spin heats the race that the balls spin on.
 
     Parameters
     ----------
     torque, spin_inner, spin_outer : float
-        On the inner ring, and what of it is spin on each race, N m.
+        Total torque on the inner ring, and its parts by spin on each race, N m.
     across : float
         Ball diameter times cos(contact angle) over pitch diameter.
     """
@@ -91,19 +91,20 @@ def race_shares(torque, spin_inner, spin_outer, across):  # type: ignore[no-unty
 
 
 def spin_per_press(geometry: BearingGeometry, friction: float, rows: int, stiffness: float) -> tuple[float, float]:
-    """Return the torque on the inner ring by balls that spin on the inner and on the outer race, N m/m^2.
+    """Return the torque on the inner ring by ball spin on the inner and on the outer race, per squared compression, N m/m^2.
 
-    A ball pressed by delta carries Q = K delta^(3/2) and resists as Q^(4/3): the torque is this times the sum of delta^2.
+    A ball compressed by delta carries Q = K delta^(3/2), and its spin moment grows with Q^(4/3): the torque is this value times
+    the sum of delta^2.
 
     Parameters
     ----------
     geometry : BearingGeometry
     friction : float
-        Coefficient of a ball spinning on a race.
+        Coefficient of friction in the spinning contact.
     rows : int
         Rows of balls that share the radial load, each along the contact angle.
     stiffness : float
-        K of the balls of all rows at an azimuth together, against a radial displacement, N/m^1.5.
+        K of the balls of all rows at an azimuth together, for radial displacement, N/m^1.5.
 
     Raises
     ------

@@ -1,8 +1,8 @@
-"""Compiled kernels, kept between runs in a folder named by a hash of all of tdbsim's sources, their place and the processor.
+"""Cache of compiled kernels in a folder named by a hash of all of tdbsim's sources, their place and the processor.
 
-numba looks only at the file of the function that it has compiled.  After an edit in another file (the friction law, an
-effect) it would go on with the old physics, silently.  Here any edit of any source gives another folder.  What numba takes for
-stale by itself has another folder too: what lies in one is loaded.
+numba checks only the file of the compiled function.  After an edit in another file (the friction law, an effect) it would
+silently continue with the old physics.  Here an edit of any source changes the folder.  So does everything that makes numba
+itself discard a kernel, so that all kernels in a folder are valid.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 _REASSOCIATED = {"reassoc", "contract", "nsz", "arcp"}
-_KEPT_DAYS = 30  # folders of earlier sources are removed when they were not used for so long
+_KEPT_DAYS = 30  # unused folders of earlier sources are removed after this time
 
 
 @cache
 def source_hash() -> str:
-    """Return the hash of all of tdbsim's sources: their names and their contents."""
+    """Return the hash of the names and contents of all of tdbsim's sources."""
     root = Path(__file__).parent
     digest = hashlib.sha256()
     for path in sorted(root.rglob("*.py")):
@@ -36,7 +36,7 @@ def source_hash() -> str:
 
 @cache
 def kernel_key() -> str:
-    """Return the hash of what code is compiled from, and for: the sources, their place, when they were written, the processor."""
+    """Return the hash of all that compiled code depends on: sources, their place, modification times, processor."""
     from llvmlite.binding import get_host_cpu_name
 
     root = Path(__file__).parent
@@ -56,9 +56,9 @@ def _user_folder() -> Path:
 
 @cache
 def kernel_folder() -> Path:
-    """Return the folder of the compiled kernels; a temporary one where the user's cannot be written.
+    """Return the folder of the compiled kernels; a temporary one where the user's is not writable.
 
-    ``TDBMON_CACHE`` names another place for it.
+    ``TDBMON_CACHE`` sets another parent folder.
     """
     for base in (_user_folder() / "kernels", Path(tempfile.gettempdir()) / "tdbmon-kernels"):
         folder = base / kernel_key()
@@ -80,17 +80,17 @@ def _remove_old(base: Path, current: Path) -> None:
         try:
             if folder != current and folder.is_dir() and folder.stat().st_mtime < oldest:
                 shutil.rmtree(folder, ignore_errors=True)
-        except OSError:  # another process was quicker
+        except OSError:  # another process was faster
             continue
 
 
 def compiled(function: Callable[..., Any]) -> Any:
-    """Compile a kernel on its first call, without Python objects and with a result kept on disk."""
+    """Compile a kernel on its first call, in nopython mode and cached on disk."""
     return _kept(function, False)
 
 
 def reassociated(function: Callable[..., Any]) -> Any:
-    """Compile as `compiled`, and let the compiler reorder sums for the processor's vectors; infinities keep meaning."""
+    """Compile as `compiled`, but let the compiler reassociate sums for vectorisation; infinities stay valid."""
     return _kept(function, _REASSOCIATED)
 
 
@@ -107,22 +107,22 @@ def _kept(function: Callable[..., Any], fastmath: Any) -> Any:
 
 
 def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a small function into each `compiled` kernel that calls it; the kernel keeps the result."""
+    """Inline a small function into each `compiled` kernel that calls it; it is cached with the kernel."""
     return _part(function, True, _REASSOCIATED)
 
 
 def in_order(function: Callable[..., Any]) -> Any:
-    """Compile as `inlined`, with sums in the order that is written."""
+    """Compile as `inlined`, with sums in the written order."""
     return _part(function, True, {"contract"})
 
 
 def called(function: Callable[..., Any]) -> Any:
-    """Compile a function that kernels call: a long one, or one that they seldom need."""
+    """Compile a function that kernels call without inlining: a long or rarely needed one."""
     return _part(function, False, _REASSOCIATED)
 
 
 def shared(function: Callable[..., Any]) -> Any:
-    """Let kernels have a small function compiled into them that stays a plain one for Python."""
+    """Make a small Python function available to kernels, which inline it."""
     from numba.extending import register_jitable
 
     return register_jitable(error_model="numpy", forceinline=True)(function)

@@ -1,4 +1,4 @@
-"""The names of a machine's channels in a simulated record, beside which the record tells what no probe sees."""
+"""Channel names of a machine in a simulated record, which must not clash with the record's unmeasured variables."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ RESERVED = frozenset(
 
 
 def check_channel_names(machine: Machine) -> None:
-    """Check that each channel of a simulated record keeps a place of its own.
+    """Check that each channel of a simulated record has a unique name.
 
     Raises
     ------
     InputError
-        If two channels have one name in the file, or one has the name of what the simulation tells.
+        If two channels have the same name in the file, or one has the name of an unmeasured variable.
     """
     taken: dict[str, str] = {}
     for name in machine.channel_names():

@@ -12,7 +12,7 @@
     SHAPE_REACH, WAVES_REACH, HAS_SPRING, HAS_SLIP_LAW,
 ) = range(31)  # fmt: skip
 END_COLUMNS = 31
-# SHAPE_REACH, WAVES_REACH: by how much effects change gap and balls at most, m; 0 where none does
+# SHAPE_REACH, WAVES_REACH: greatest change of gap and of ball interference by effects, m; 0 without such effects
 # columns of `Arrays.spin`
 INERTIA, DECAY_RATE, GRAVITY, HAS_WINDAGE, HAS_HOLDING, HAS_CIRCULATORY, HAS_BOW = range(7)
 SPIN_COLUMNS = 7

@@ -1,7 +1,7 @@
-"""Contact of rotor and inner ring: where they touch, and the normal force of Hunt and Crossley.
+"""Contact of rotor and inner ring: point of contact, and the normal force of Hunt and Crossley.
 
 K. H. Hunt, F. R. E. Crossley, Coefficient of restitution interpreted as damping in vibroimpact, J. Appl. Mech. 42
-(1975) 440.  How stiff the contact is, says `tdbsim.power_law`.
+(1975) 440.  For the contact stiffness see `tdbsim.power_law`.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import math
 from tdbsim import hooks
 from tdbsim.cache import called, inlined
 
-_FAR = 0.4  # rad; where no lobe is sharper than the rotor, it touches nearer to the direction of its displacement
+_FAR = 0.4  # rad; with no lobe sharper than the rotor, the contact is nearer than this to the direction of displacement
 _PLACES = 72  # in a quarter turn, which holds three of the narrowest lobes
 
 
@@ -23,14 +23,14 @@ def elastic_force(depth, stiffness, power):  # type: ignore[no-untyped-def]
 
 @inlined
 def normal_force(elastic, approach, damping):  # type: ignore[no-untyped-def]
-    """Return the force with damping, never pulling, N; `approach` is the rate of the depth, m/s, `damping` in s/m."""
+    """Return the damped normal force, N, never tensile; `approach` is the rate of the depth, m/s, `damping` in s/m."""
     force = elastic * (1.0 + 1.5 * damping * approach)
     return force if force > 0.0 else 0.0
 
 
 @inlined
 def touch(ex, ey, gap):  # type: ignore[no-untyped-def]
-    """Return the normal (x, y) and the depth where a round rotor, off by (ex, ey), meets a round bore."""
+    """Return normal (x, y) and depth of a round rotor, displaced by (ex, ey), in a round bore."""
     distance = math.sqrt(ex * ex + ey * ey)
     if distance == 0.0:
         return 1.0, 0.0, -gap
@@ -41,8 +41,8 @@ def touch(ex, ey, gap):  # type: ignore[no-untyped-def]
 def touch_shaped(ex, ey, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
     """Return normal (x, y), depth and the depth's derivative by the ring's angle, for a bore that is not round.
 
-    The rotor touches where distance cos(azimuth - direction) - gap(azimuth) is greatest, which is not in the direction
-    of its displacement: with the normal taken there the force has a potential, and the contact conserves energy.
+    The rotor touches where distance cos(azimuth - direction) - gap(azimuth) is greatest, which is not the direction of its
+    displacement.  With the normal taken there the force has a potential, and the contact conserves energy.
     """
     distance = math.sqrt(ex * ex + ey * ey)
     if distance < 1e-3 * gap:
@@ -59,9 +59,9 @@ def touch_shaped(ex, ey, gap, ring_angle, heat, p):  # type: ignore[no-untyped-d
 
 @called
 def _descended(azimuth, least, distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
-    """Return where steps by slopes lead from an azimuth: there the azimuth, the depth and its derivative by the ring's angle.
+    """Return the local maximum of the depth near an azimuth, by Newton steps: azimuth, depth, its derivative by the ring's angle.
 
-    Steps are as long as with the least steepness at most; the last value is True where the bore was less steep on the way.
+    The curvature in a step is at least `least`; the last value is True where the true curvature was less on the way.
     """
     lobed = False
     for _ in range(12):
@@ -83,12 +83,12 @@ def _descended(azimuth, least, distance, direction, gap, ring_angle, heat, p):  
 
 @called
 def _near_deepest(distance, direction, gap, ring_angle, heat, p):  # type: ignore[no-untyped-def]
-    """Return near which azimuth a rotor goes deepest into a bore whose lobes are sharper than itself, sought all along.
+    """Return the azimuth near which a rotor is deepest in a bore with lobes sharper than itself, by a search on a grid.
 
-    There the greatest depth is one of several, and steps that go by slopes end at any of them, or at the least.
+    The depth then has several local maxima, and Newton steps may end at any of them, or at a minimum.
     """
     azimuth, deepest = direction, -math.inf
-    for k in range(-_PLACES, _PLACES + 1):  # a quarter turn to either side, beyond which no bore is met
+    for k in range(-_PLACES, _PLACES + 1):  # a quarter turn to either side; no contact lies beyond
         there = direction + 0.5 * math.pi * k / _PLACES
         depth, _ = _depth(there, distance, direction, gap, ring_angle, heat, p)
         if depth > deepest:

@@ -1,8 +1,8 @@
-"""Adaptive integration: Dormand and Prince's pair of orders 5 and 4 with dense output.
+"""Adaptive integration: the Dormand-Prince pair of orders 5 and 4 with dense output.
 
 J. R. Dormand, P. J. Prince, A family of embedded Runge-Kutta formulae, J. Comp. Appl. Math. 6 (1980) 19; dense output
 of order 4 and the step control after E. Hairer, S. P. Norsett, G. Wanner, Solving Ordinary Differential Equations I,
-section II.6.  The slow way, for reference runs: any smooth accuracy, every force in the open.
+section II.6.  The slow method, for reference runs: any accuracy, and all forces evaluated in one right-hand side.
 """
 
 from __future__ import annotations
@@ -47,8 +47,8 @@ DONE, NO_CONVERGENCE = 0, 1
 def integrate(m, y, t, step, largest, rtol, scale, times, out):  # type: ignore[no-untyped-def]
     """Advance `y` (in place) from `t` through `times`, filling the rows of `out`.
 
-    Returns a code, the time reached, the next step and the number of steps.  The error of component k is held below
-    ``rtol * scale[k]`` a step.
+    Returns a code, the time reached, the next step and the number of steps.  The error of component k per step is held below
+    ``rtol * scale[k]``.
     """
     size = len(y)
     k = np.zeros((7, size))

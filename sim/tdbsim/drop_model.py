@@ -1,7 +1,7 @@
-"""The machine as numbers for the kernels: one flat set of arrays, built once a run, cheap to change.
+"""The machine as arrays for the kernels: one flat set, built once per run, cheap to change.
 
-Axes: x right, y up; the two planes share the rotor's modes.  Deflections count from the bearing's centre as it stands
-before the drop, so the supports' own weight is already in it; rotor and inner rings have weight.
+Axes: x right, y up; the two planes share the rotor's modes.  Deflections count from the bearing's centre before the drop, so the
+static deflection of the supports by their own weight is included; the weight of rotor and inner rings acts.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ from tdbsim.stated_effects import all_effects
 
 Array = NDArray[np.float64]
 
-# modes a plane: with four the first peak force on a rotor of 4 or 24 kg is an eighth off, on one of 1500 kg 2 %
+# modes per plane: with four the error of the first peak force is an eighth on rotors of 4 and 24 kg, 2 % on one of 1500 kg
 BENDING = 16
 _REACHES = {"gap": SHAPE_REACH, "bore": SHAPE_REACH, "ball": WAVES_REACH}
 _FLAGS = {"support": HAS_SPRING, "friction": HAS_SLIP_LAW}
@@ -73,13 +73,13 @@ _SPIN_FLAGS = {"windage": HAS_WINDAGE, "holding": HAS_HOLDING}
 
 
 class Arrays(NamedTuple):
-    """All numbers of a run; n modes a plane, m magnetic bearings, b balls at most.
+    """All arrays of a run; n modes per plane, m magnetic bearings, b balls at most.
 
     ``square`` (n,) angular frequencies squared; ``damping`` (n,) 1/s; ``gyro`` (n, n); ``at_end`` (2, n) shapes at the
     touchdown bearings; ``weight`` (n,) modal weight along y; ``unbalance`` (2, n) modal unbalance, cosine and sine
     part; ``bow`` (2, n) modal bow, likewise; ``circulatory`` (n, n) cross-coupling, F_x = -C b, F_y = C a;
     ``at_magnet`` (m, n); ``magnet``, ``spin``, ``end`` columns as in `tdbsim.columns`; ``ball_cosine``, ``ball_sine``,
-    ``ball_oversize`` (2, b); ``effect`` (3, k) numbers of the effects' hooks for the ends and the rotor.
+    ``ball_oversize`` (2, b); ``effect`` (3, k) coefficients of the effects' hooks for the ends and the rotor.
     """
 
     square: Array
@@ -111,7 +111,7 @@ class Draft:
 
 @dataclass(frozen=True, eq=False)
 class DropModel:
-    """A machine with its effects, ready to run.
+    """A machine with its effects, ready for simulation.
 
     Attributes
     ----------
@@ -119,9 +119,9 @@ class DropModel:
     modes : Modes
         Of one plane, with attachment modes at the touchdown bearings.
     arrays : Arrays
-        What the kernels read.
+        Input of the kernels.
     effects : tuple of Effect
-        Those of the machine and those added.
+        Those of the machine and added ones.
     """
 
     machine: Machine
@@ -131,11 +131,11 @@ class DropModel:
 
     @property
     def n(self) -> int:
-        """Modes a plane."""
+        """Number of modes per plane."""
         return self.modes.n
 
     def copy(self) -> DropModel:
-        """Return a model with arrays of its own, to be changed without changing this one."""
+        """Return a model with copied arrays, which may be changed independently."""
         return DropModel(self.machine, self.modes, Arrays(*(array.copy() for array in self.arrays)), self.effects)
 
 
@@ -147,19 +147,19 @@ def build_model(
     Parameters
     ----------
     machine : Machine
-        Its nominal values are taken; its own effects act too.
+        At its nominal values, with its own effects.
     effects : sequence of Effect
-        More effects.
+        Additional effects.
     bending : int
         Free-free bending modes kept in each plane.
     attachment : bool
-        Whether the modes are completed by the local compliance at the touchdown bearings.
+        Whether attachment modes add the local compliance at the touchdown bearings.
 
     Raises
     ------
     InputError
-        If an effect does not fit the machine, the values of the machine are not possible ones, its centre of mass lies beyond
-        the touchdown bearings, or the rotor has not so many modes.
+        If an effect does not fit the machine, the values of the machine are impossible, its centre of mass lies beyond the
+        touchdown bearings, or the rotor has fewer modes than requested.
     """
     check_count("bending", bending, "bending modes")
     applied = all_effects(machine, effects)
@@ -169,18 +169,18 @@ def build_model(
 
 
 def check_count(name: str, value: object, what: str) -> None:
-    """Raise InputError where an argument is no whole number from 0 on."""
+    """Raise InputError where an argument is not a non-negative integer."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
         raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
 
 
 def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
-    """Return a model without effects, with some: what `build_model` gives, without reading the machine again.
+    """Return a model without effects, with effects added: equal to `build_model`, but without rebuilding the rotor.
 
     Raises
     ------
     InputError
-        As `build_model`; or if the model has effects already, which may have worked on the values.
+        As `build_model`; or if the model already has effects, which may have changed its values.
     """
     if model.effects:
         raise InputError("the model carries effects already; build it anew with all of them")
@@ -192,7 +192,7 @@ def _with(machine: Machine, modes: Modes, arrays: Arrays, effects: tuple[Effect,
     for effect in effects:
         effect.modify(draft)
     start = hooks.offsets() if effects else {}
-    for effect in effects:  # their coefficients follow from the numbers as all have changed them, whatever the order
+    for effect in effects:  # coefficients depend on the values after all modifications, whatever the order
         if effect.slots and not effect.is_off:
             _fill_slots(draft, effect, start[effect.identifier()])
     for row, bearing in zip(arrays.end, machine.touchdown_bearings, strict=True):
@@ -232,7 +232,7 @@ def _check_end(row: Array, bearing: TouchdownBearing) -> None:
 
 
 def _modes(machine: Machine, bending_per_plane: int, attachment: bool) -> Modes:
-    # what the modes depend on, and nothing else, so that calibration of the rest finds them again
+    # only what the modes depend on, so that they are found again when calibration changes anything else
     rotor = machine.rotor
     stripped = (
         rotor.sections, rotor.disks, rotor.elastic_modulus, rotor.density, rotor.poisson_ratio, rotor.modal_damping_ratio,
@@ -246,7 +246,7 @@ def _modes(machine: Machine, bending_per_plane: int, attachment: bool) -> Modes:
 
 @dataclass(frozen=True)
 class _Shaft:
-    """A machine that counts as equal to another with the same shaft."""
+    """A machine that compares equal to any with the same shaft, as key of the cached modes."""
 
     machine: Machine
     key: tuple[object, ...]

@@ -1,11 +1,11 @@
-"""A simulated drop as a Dataset: the channels that a machine's sensors would record, and what no probe sees.
+"""A simulated drop as a Dataset: the channels that a machine's sensors would record, and unmeasured quantities.
 
 Channels along ``time``, named as in the machine's files: each probe in m, speed in Hz, keyphasor (0 or 1).
 Along (``end``, ``time``): ``rotor_x``, ``rotor_y``, ``ring_x``, ``ring_y``, ``support_x``, ``support_y`` in m;
 ``force_x``, ``force_y`` on the rotor, ``normal_force``, ``friction_force`` (positive counter-clockwise on the rotor) in N;
 ``slip_speed`` in m/s; ``depth`` in m; ``ring_speed`` in Hz, ``ring_angle`` and ``cage_angle`` in rad, positive counter-clockwise.
 Along (``end``, ``ball``, ``time``): ``ball_load`` in N.  Along (``energy_kind``, ``time``): ``energy`` in J; along
-(``work_kind``, ``time``): ``work`` in J, what was dissipated or supplied since the release.
+(``work_kind``, ``time``): ``work`` in J, dissipated or supplied since the release.
 Along (``probe``, ``time``): ``shaft_x``, ``shaft_y`` in m, the shaft's centre in the plane of each probe.
 Along ``time``: ``shaft_angle`` in rad and ``rotor_speed`` in Hz, positive counter-clockwise.
 Temperatures, growths, torques and heats of bearings with ``heat``: see `tdbsim.heat_record`.
@@ -32,7 +32,7 @@ _FORCE_UNITS = {"slip_speed": "m/s", "depth": "m"}
 
 
 def sensed(trajectory: Trajectory) -> xr.Dataset:
-    """Return the record that the machine's sensors make of a drop, with the effects that act on them."""
+    """Return the record of a drop by the machine's sensors, with the effects that act on them."""
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
     x, y = at_probes(machine, model.modes, *_displaced(state, n))
@@ -48,7 +48,7 @@ def sensed(trajectory: Trajectory) -> xr.Dataset:
 
 
 def drop_record(trajectory: Trajectory) -> xr.Dataset:
-    """Return the Dataset of a drop; see the head of this module for its variables."""
+    """Return the Dataset of a drop; its variables are listed in the docstring of this module."""
     model, plan, n = trajectory.model, trajectory.plan, trajectory.model.n
     machine, state = model.machine, trajectory.state
     seen = observed(trajectory)

@@ -1,15 +1,15 @@
-"""What a model of a dropdown may lack: the form of an effect, and the catalogue of all.
+"""Effects that a model of a dropdown may lack: their interface, and the catalogue.
 
 An effect is one file in the folder ``effects``; the file's name is its identifier.  It holds one frozen dataclass
 derived from `Effect`, whose fields are its parameters, each with unit, off value, bounds and meaning (`parameter`).
-Being in the folder is all that it takes: the simulator, the catalogue and the tests find it there.
+No registration is needed: the simulator, the catalogue and the tests find the file in the folder.
 
 How an effect changes the model
-    `Effect.modify`    changes the numbers of the model before the run.
+    `Effect.modify`    changes the arrays of the model before the run.
     hooks              plain functions in the file, compiled into the right-hand side.  They only add, so their order
-                       does not matter.  `Effect.coefficients` fills their numbers ``p[i], p[i + 1] ...``, which are
+                       does not matter.  `Effect.coefficients` returns their coefficients ``p[i], p[i + 1] ...``, which are
                        all zero where the effect is not used.  ``HOOKS`` in `tdbsim.hooks` lists them.
-    `Effect.sense`     changes the chain of the sensors (`tdbsim.sensors`), after the run.
+    `Effect.sense`     changes the sensor chain (`tdbsim.sensors`), after the run.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Place(StrEnum):
-    """Where an effect acts, and so what ``where`` must name."""
+    """Kind of place where an effect acts, which ``where`` must name."""
 
     ROTOR = "rotor"
     PLANE = "plane"
@@ -53,29 +53,28 @@ class Parameter:
     Attributes
     ----------
     name, meaning : str
-        Its name, and what it and its sign mean.
+        Its name, and the meaning of value and sign.
     si, unit : str
-        SI unit of the numbers here, and the unit that people read.
+        SI unit of the numbers here, and the unit of input and output.
     off : float or str
-        The value at which the effect does nothing (of the first parameter; `Effect.is_off`), or that is taken where none is
-        given.
+        Of the first parameter the value that switches the effect off (`Effect.is_off`); of the others the default.
     low, high : float
         Bounds, inclusive.
     typical : float
         A size that a good record shows; tests and score tests start there.
     whole : bool
-        True where only whole numbers make sense.
+        True for integers.
     choices : tuple of str
-        The words to choose from; then there are no numbers.
+        The allowed words of a parameter that is not numeric.
     harmonic : int
-        Of an angle: the effect is the same again after a full turn divided by it.
+        Of an angle: number of periods in a full turn.
     per_drop : bool
-        True where it differs from drop to drop and no record tells it: an angle on the inner ring or in the cage, which
-        stand anywhere at a release.
+        True where it differs from drop to drop and is not measured: an angle on the inner ring or in the cage, whose angles at
+        the release are arbitrary.
     held : bool
-        True where a drop can hardly tell it: fits leave it as it is.
+        True where a drop hardly determines it: fits keep it fixed.
     further : tuple of float
-        Other values at which fits begin, where slopes at the typical one do not lead to them.
+        Additional starting values of fits, which derivatives at the typical value do not lead to.
     """
 
     name: str
@@ -95,11 +94,11 @@ class Parameter:
 
     @property
     def goes_round(self) -> bool:
-        """True for an angle that has no bounds but those of what people write."""
+        """True for a periodic angle, whose bounds limit only the input."""
         return self.si == "rad" and self.high - self.low > 2 * math.pi - 1e-6
 
     def text(self, value: float | str) -> str:
-        """Return a value as a person writes it, with its unit."""
+        """Return a value as text, with its unit."""
         if isinstance(value, str):
             return value
         if math.isinf(value):
@@ -108,7 +107,7 @@ class Parameter:
         return f"{number:.6g}" + ("" if self.unit == "1" else f" {self.unit}")
 
     def check(self, value: float | str, owner: str) -> None:
-        """Raise InputError where a value is not a possible one."""
+        """Raise InputError where a value is impossible."""
         if self.choices:
             if value not in self.choices:
                 raise InputError(f"{owner}: {self.name} {value!r} is not one of {', '.join(self.choices)}")
@@ -117,7 +116,7 @@ class Parameter:
             raise InputError(f"{owner}: {self.name} {value!r} is not a number in {self.si}")
         if value == self.off:
             return
-        slack = 1e-9 * max(abs(self.low), abs(self.high))  # of rounding between units
+        slack = 1e-9 * max(abs(self.low), abs(self.high))  # rounding by conversion of units
         if not self.low - slack <= value <= self.high + slack:
             raise InputError(
                 f"{owner}: {self.name} {self.text(value)} is out of bounds;"
@@ -127,7 +126,7 @@ class Parameter:
             raise InputError(f"{owner}: {self.name} {value:g} is not a whole number")
 
     def read(self, value: Any, owner: str) -> float | str:
-        """Turn what a person wrote into SI, or into one of the choices."""
+        """Convert input to SI, or to one of the choices."""
         if self.choices:
             return str(value).strip()
         try:
@@ -153,7 +152,7 @@ def parameter(
     held: bool = False,
     further: tuple[float, ...] = (),
 ) -> Any:
-    """Declare a parameter as a dataclass field (see `Parameter`); off, bounds, typical and further are written in `unit`."""
+    """Declare a parameter as a dataclass field (see `Parameter`); off, bounds, typical and further are in `unit`."""
     si = unit if si is None else si
     raw = {"si": si, "unit": unit, "off": off, "bounds": bounds, "typical": typical, "meaning": meaning, "whole": whole}
     raw |= {"harmonic": harmonic, "per_drop": per_drop, "held": held, "further": further}
@@ -161,7 +160,7 @@ def parameter(
 
 
 def choice(words: tuple[str, ...], meaning: str) -> Any:
-    """Declare a parameter that takes one of some words; the first is the default."""
+    """Declare a parameter that is one of some words; the first is the default."""
     return field(default=words[0], metadata={"choices": words, "meaning": meaning})
 
 
@@ -171,29 +170,29 @@ def _si(value: float, unit: str, si: str) -> float:
 
 @dataclass(frozen=True)
 class Effect:
-    """An effect with its place and its parameters' values in SI; each kind is a class of its own.
+    """An effect with its place and parameter values in SI; each kind is a subclass.
 
     Attributes
     ----------
     where : str
-        An end, ``both``, a plane, a probe or ``rotor``, as the kind's `place` says.
+        An end, ``both``, a plane, a probe or ``rotor``, according to the kind's `place`.
     """
 
     where: str
 
-    title: ClassVar[str]  # as within a sentence
+    title: ClassVar[str]  # in lower case, for use within a sentence
     what: ClassVar[str]
     place: ClassVar[Place]
     signature: ClassVar[str]
-    on_the_machine: ClassVar[str]  # how to see it there without a drop
-    slots: ClassVar[int] = 0  # numbers that the compiled hooks need, an end (or for the rotor)
-    most: ClassVar[int] = 1  # how often one with hooks may stand at a place; more than once only with the hook ``ball``
-    once: ClassVar[bool] = False  # without hooks, yet a second one at its place would undo it, or not add to it
-    fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle stands still, so that all drops share it
-    slows: ClassVar[bool] = False  # shows in how the rotor slows after a drop, by its only size
-    builds_up: ClassVar[bool] = False  # acts the more, the longer the rotor rubs: may show late
+    on_the_machine: ClassVar[str]  # how to check for it on the machine without a drop
+    slots: ClassVar[int] = 0  # coefficients that the compiled hooks need, per end (or for the rotor)
+    most: ClassVar[int] = 1  # instances with hooks allowed at a place; more than one only with the hook ``ball``
+    once: ClassVar[bool] = False  # without hooks, but a second one at its place would undo it, or not add to it
+    fixed_by: ClassVar[Mapping[str, str]] = {}  # choices with which its angle is stationary, so that all drops share it
+    slows: ClassVar[bool] = False  # shows in the slowing of the rotor after a drop, by its single size
+    builds_up: ClassVar[bool] = False  # grows with the duration of rubbing, so it may show late
     adds_to_stated: ClassVar[bool] = False  # size and angle are added to a vector that the machine's file states there
-    rise: ClassVar[float] = 1.5  # factor by which `measure` grows at least, from nothing to the typical size
+    rise: ClassVar[float] = 1.5  # least factor by which `measure` grows from off to the typical size
 
     def __post_init__(self) -> None:
         for each in self.parameters():
@@ -201,12 +200,12 @@ class Effect:
 
     @classmethod
     def identifier(cls) -> str:
-        """Return the name that the program uses everywhere: the file's name."""
+        """Return its identifier, the file's name."""
         return cls.__module__.rpartition(".")[2]
 
     @classmethod
     def parameters(cls) -> tuple[Parameter, ...]:
-        """Return the declared parameters; the first is the one that switches the effect off."""
+        """Return the declared parameters; the first one can switch the effect off."""
         known = _PARAMETERS.get(cls)
         if known is None:
             known = _PARAMETERS[cls] = _parameters(cls)
@@ -214,43 +213,43 @@ class Effect:
 
     @property
     def values(self) -> dict[str, float | str]:
-        """Its parameters' values, SI, by name."""
+        """Parameter values, SI, by name."""
         return {each.name: getattr(self, each.name) for each in self.parameters()}
 
     def __str__(self) -> str:
-        """Return it as `parse` reads it; what is infinite is so by default."""
+        """Return it in the form that `parse` reads; infinite values are defaults and omitted."""
         told = [(each, getattr(self, each.name)) for each in self.parameters()]
         values = [f"{each.name}={each.text(value)}" for each, value in told if value != math.inf]
         return f"{self.identifier()}:" + ",".join([f"where={self.where}", *values])
 
     @property
     def is_off(self) -> bool:
-        """True where nothing changes: the first parameter has its off value (or all sizes have, of an effect with several)."""
+        """True where it changes nothing: the first parameter (or each size, where there are several) has its off value."""
         first = self.parameters()[0]
         return bool(getattr(self, first.name) == first.off)
 
     def ends(self, machine: Machine) -> tuple[int, ...]:
-        """Return the indices of the ends that it acts on."""
+        """Return the indices of the ends on which it acts."""
         if self.place in (Place.BEARING, Place.BEARING_OR_BOTH, Place.END):
             return (0, 1) if self.where == "both" else (machine.ends.index(self.where),)
         return ()
 
     def standing_places(self, machine: Machine) -> tuple[int | str, ...]:
-        """Return where it stands, each a place of its own: the ends that it acts on, by index, or else what ``where`` names."""
+        """Return its single places: the indices of the ends on which it acts, or else ``where``."""
         return self.ends(machine) or (self.where,)
 
     @classmethod
     def stands_still(cls, values: Mapping[str, Any]) -> bool:
-        """True where values, by name, have a choice with which its angle stands still (`fixed_by`)."""
+        """True where values, by name, have a choice with which its angle is stationary (`fixed_by`)."""
         return any(values.get(name) == word for name, word in cls.fixed_by.items())
 
     @classmethod
     def can_act(cls, machine: Machine) -> bool:
-        """Return whether the machine has what the effect changes; where it has not, it cannot be what a model lacks."""
+        """Return whether the machine has what the effect changes; if not, a model cannot lack it."""
         return True
 
     def check_place(self, machine: Machine) -> None:
-        """Raise InputError where the machine has no such place, or no probes there that the effect could act on."""
+        """Raise InputError where the machine has no such place, or no probe there to act on."""
         known = places(self.place, machine)
         if self.where not in known:
             raise InputError(
@@ -263,23 +262,23 @@ class Effect:
             )
 
     def modify(self, draft: Draft) -> None:
-        """Change the model's numbers in place, before the run."""
+        """Change the model's arrays in place, before the run."""
 
     def reach(self, draft: Draft, end: int) -> float:
-        """Return by how much, m, its hooks ``gap``, ``bore`` and ``ball`` change a distance at most; kernels ask them within."""
+        """Return the greatest change of a distance, m, by its hooks ``gap``, ``bore`` and ``ball``; kernels skip them beyond."""
         return math.inf
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
-        """Return the numbers of the compiled hooks at an end (0 or 1; for the rotor `ROTOR_ROW`)."""
+        """Return the coefficients of the compiled hooks at an end (0 or 1; for the rotor `ROTOR_ROW`)."""
         raise NotImplementedError
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
-        """Return the chain of the sensors, changed; `sampling` in Hz."""
+        """Return the sensor chain with this effect; `sampling` in Hz."""
         return chain
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the size of the declared signature in a simulated drop; it rises when the effect is there."""
+        """Return the size of the declared signature in a simulated drop; it is greater with the effect."""
         raise NotImplementedError
 
 
@@ -308,13 +307,13 @@ def _parameters(kind: type[Effect]) -> tuple[Parameter, ...]:
 
 
 def planes(machine: Machine) -> dict[str, float]:
-    """Return the positions of the named planes of the rotor: the wheels, then the unbalance planes; one name is one place."""
+    """Return the positions of the rotor's planes by name: the wheels, then the unbalance planes; names are unique."""
     wheels = {disk.name: disk.position for disk in machine.rotor.disks}
     return wheels | {plane.name: plane.position for plane in machine.rotor.unbalance}
 
 
 def places(place: Place, machine: Machine) -> tuple[str, ...]:
-    """Return what ``where`` may name on a machine."""
+    """Return the values that ``where`` may have on a machine."""
     if place is Place.ROTOR:
         return ("rotor",)
     if place is Place.PLANE:
@@ -326,12 +325,12 @@ def places(place: Place, machine: Machine) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class EffectDeclaration:
-    """What the catalogue says of an effect.
+    """Catalogue entry of an effect.
 
     Attributes
     ----------
     kind : type
-        The class of its settings: ``kind(where, amplitude=2e-5)``.
+        Its class, to be called as ``kind(where, amplitude=2e-5)``.
     module : module
         Its file.
     """
@@ -341,12 +340,12 @@ class EffectDeclaration:
 
     @property
     def identifier(self) -> str:
-        """Its name everywhere."""
+        """Its identifier."""
         return self.kind.identifier()
 
     @property
     def title(self) -> str:
-        """What it is called within a sentence."""
+        """Its name within a sentence."""
         return self.kind.title
 
     @property
@@ -356,12 +355,12 @@ class EffectDeclaration:
 
     @property
     def signature(self) -> str:
-        """What it leaves in a record."""
+        """Its signature in a record."""
         return self.kind.signature
 
     @property
     def on_the_machine(self) -> str:
-        """How to see it on the machine without a drop."""
+        """How to check for it on the machine without a drop."""
         return self.kind.on_the_machine
 
     @property
@@ -371,17 +370,17 @@ class EffectDeclaration:
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All that it declares; the first one switches it off."""
+        """All declared parameters; the first one can switch it off."""
         return self.kind.parameters()
 
     @property
     def acts_on_sensors(self) -> bool:
-        """True for an effect that changes what is seen of a motion, not the motion."""
+        """True for an effect on the readings, not on the motion."""
         kind = self.kind
         return kind.sense is not Effect.sense and kind.modify is Effect.modify and not kind.slots
 
     def __reduce__(self) -> tuple[object, tuple[str]]:
-        """Return how a copy is found in another process: by its name."""
+        """Pickle by identifier."""
         return declaration, (self.identifier,)
 
     def parameter(self, name: str) -> Parameter:
@@ -393,16 +392,16 @@ class EffectDeclaration:
         raise InputError(f"{self.identifier}: unknown parameter '{name}'{did_you_mean(name, known)}")
 
     def texts(self, values: Mapping[str, float | str]) -> list[str]:
-        """Return parameters' values (SI, or words) as a person reads them, each behind its name."""
+        """Return parameter values (SI, or words) as text, each after its name."""
         return [f"{name.replace('_', ' ')} {self.parameter(name).text(value)}" for name, value in values.items()]
 
     def at(self, where: str, values: Mapping[str, Any]) -> Effect:
-        """Return the effect at a place, its values as numbers in SI or as a person writes them.
+        """Return the effect at a place, with values as SI numbers or as text with a unit.
 
         Raises
         ------
         InputError
-            If a parameter is unknown, no quantity of its unit, or out of bounds.
+            If a parameter is unknown, of a wrong unit, or out of bounds.
         """
         read = {name: self.parameter(name).read(value, self.identifier) for name, value in values.items()}
         return self.kind(where, **read)
@@ -414,7 +413,7 @@ class EffectDeclaration:
 
 @cache
 def catalogue() -> tuple[EffectDeclaration, ...]:
-    """Return all effects, by identifier: one for each file in the folder ``effects``."""
+    """Return all effects, sorted by identifier: one per file in the folder ``effects``."""
     import tdbsim.effects as folder
 
     found = []
@@ -425,7 +424,7 @@ def catalogue() -> tuple[EffectDeclaration, ...]:
 
 
 def _only_kind(module: ModuleType) -> type[Effect]:
-    """Return the effect of a file (raises InputError where there is not one, or it has hooks that nothing would call)."""
+    """Return the effect of a file (raises InputError if there is not exactly one, or it has hooks that are never called)."""
     kinds = [
         each
         for each in vars(module).values()
@@ -448,7 +447,7 @@ def declaration(identifier: str) -> EffectDeclaration:
     Raises
     ------
     InputError
-        If there is none of that name; it offers the nearest.
+        If there is none of that name; the message suggests the nearest.
     """
     known = _by_identifier()
     if identifier not in known:

@@ -1,4 +1,4 @@
-"""Many drops at once: variations of a machine, of effects, of the state at the release."""
+"""Many drops in parallel: variations of a machine, of effects, of the state at the release."""
 
 from __future__ import annotations
 
@@ -16,21 +16,21 @@ from tdbsim.simulate import DropPlan, Trajectory, run
 Case = tuple[DropModel, DropPlan]
 T = TypeVar("T")
 
-_FEWEST = 3  # drops that are quicker side by side than one by one
+_FEWEST = 3  # least number of drops that run faster side by side than one by one
 
 
 def run_many(cases: Sequence[Case], threads: int | None = None) -> list[Trajectory]:
-    """Integrate many drops on several threads, those of one rotor, one step and the same instants eight side by side.
+    """Integrate many drops on several threads, up to eight of the same rotor, step and instants side by side.
 
-    Each drop takes the steps that `run` would take and is what that gives, to rounding (which grows as neighbouring drops
-    part); which drops stand beside it, and how many threads there are, changes no more than that.
+    Each drop takes the same steps as in `run` and gives the same result to rounding (which grows as neighbouring paths diverge),
+    whatever the drops beside it and the number of threads.
 
     Parameters
     ----------
     cases : sequence of (DropModel, DropPlan)
-        A model may stand in several cases; to vary one, change the arrays of its `DropModel.copy`.
+        A model may occur in several cases; to vary one, change the arrays of its `DropModel.copy`.
     threads : int, optional
-        As many as there are processors where not given.
+        By default the number of processors.
 
     Returns
     -------
@@ -56,18 +56,17 @@ def run_each(
     fewest: int = 2,
     threads: int | None = 1,
 ) -> list[T | InputError]:
-    """Return what is seen of many drops, integrated as `run_many` does, or why one cannot be.
+    """Return a function's results on many drops, integrated as by `run_many`, or the InputError of a drop.
 
     Parameters
     ----------
     cases : sequence of (DropModel, DropPlan)
     seen : callable
-        Makes of a trajectory what is kept: states take much room, and only those of one batch a
-        thread are there at a time.
+        Reduces a trajectory to the result: states need much memory, and only those of one batch per thread are kept at a time.
     fewest : int
-        As many that have all in common go side by side; fewer go one by one.
+        Least number of compatible drops that run side by side; fewer run one by one.
     threads : int, optional
-        As many as there are processors where it is None.
+        The number of processors where it is None.
     """
 
     def done(batch: Sequence[int]) -> list[T | InputError]:
@@ -90,7 +89,7 @@ def run_each(
 
 
 def _batches(cases: Sequence[Case], fewest: int) -> list[list[int]]:
-    """Return which cases go together."""
+    """Return the indices of cases that run together, batch by batch."""
     alike: dict[object, list[int]] = {}
     for k, case in enumerate(cases):
         common = shared(*case)
@@ -113,7 +112,7 @@ def _run_batch(cases: Sequence[Case]) -> Sequence[Trajectory | InputError]:
 
 
 def usable_cores() -> int:
-    """Return how many cores this process may use, which may be fewer than the machine has."""
+    """Return the number of cores that this process may use, which may be fewer than the computer has."""
     if sys.platform == "linux":
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

@@ -1,12 +1,12 @@
-"""What is raised when an input cannot be used, and the search for the name that was meant."""
+"""The error for unusable input, and the search for the name that was meant."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-_NEAR = 0.8  # similarity by difflib, of which a word that was left out leaves less
-_BEGINNING = 3  # letters: fewer are the beginning of anything
+_NEAR = 0.8  # least similarity by difflib; a name with a word left out has less
+_BEGINNING = 3  # least number of letters of a beginning: fewer match too many names
 
 
 class InputError(ValueError):
@@ -19,7 +19,7 @@ class InputError(ValueError):
 def did_you_mean(name: str, known: Iterable[str]) -> str:
     """Return ``"; did you mean 'x'?"``, or the list of known names where none is near.
 
-    A beginning, of any word of a name, is near to all names that it may begin.
+    The beginning of any word of a name is near to that name.
     """
     names = sorted(set(known))
     near = _nearest(name, names, _NEAR) or _begins_like(name.lower(), names) or _nearest(name, names, 0.6)
@@ -34,12 +34,12 @@ def _nearest(name: str, names: list[str], cutoff: float) -> list[str]:
 
 
 def _begins_like(name: str, names: list[str]) -> list[str]:
-    """Return the names of which some word begins nearly so: ``stribek`` as ``stribeck_friction``."""
+    """Return the names with a word that begins similarly: ``stribeck_friction`` for ``stribek``."""
     begun = {each.lower()[at : at + len(name)] for each in names for at in _words_of(each)}
     near = get_close_matches(name, sorted(begun), 1, _NEAR) if len(name) >= _BEGINNING else []
     return [each for each in names if near and any(each.lower().startswith(near[0], at) for at in _words_of(each))]
 
 
 def _words_of(name: str) -> list[int]:
-    """Return where the words of a name begin."""
+    """Return the indices at which the words of a name begin."""
     return [0, *(at + 1 for at, letter in enumerate(name) if letter in "_- ./")]

@@ -1,14 +1,14 @@
-"""Rainflow count of a contact stress, and what a drop uses up of a raceway's or ball's fatigue life.
+"""Rainflow count of a contact stress, and the fatigue damage of balls or raceways by a drop.
 
-Counting is ASTM E1049-85, section 5.4.4: the range of a pair of turning points counts one cycle once a later range
-encloses it, half a cycle where it holds the record's start, and what is left at the end counts half cycles.
+Counting follows ASTM E1049-85, section 5.4.4: the range of a pair of turning points counts as one cycle once a later range
+encloses it, as half a cycle where it contains the record's start; the remaining ranges count as half cycles.
 
 The measure is a Palmgren-Miner sum over the counted cycles with the stress-life exponent of rolling contact: life falls
 with the third power of a ball's load (G. Lundberg, A. Palmgren, Dynamic Capacity of Rolling Bearings, 1947; ISO 281),
-and Hertz's pressure grows with the cube root of the load, so with the ninth power of the pressure.  Limits: Lundberg and
-Palmgren measured steady loads; a drop's loads change from one passage to the next, slide at the start and come near
-static limits, where life tests are few.  So the sum is a measure by which drops of one bearing compare and add up, and
-no life in hours.  Indentation (ISO 76: permanent set of 1e-4 of the ball's diameter at 4200 MPa) is another damage.
+and the Hertz pressure grows with the cube root of the load, hence with the ninth power of the pressure.  Limits: Lundberg and
+Palmgren measured steady loads; in a drop, loads change from one passage to the next, contacts slide at first and come near
+static limits, where life tests are few.  So the sum serves to compare and add up drops of one bearing, and is no life in hours.
+Indentation (ISO 76: permanent set of 1e-4 of the ball's diameter at 4200 MPa) is a separate damage.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from tdbsim.errors import InputError
 
 Array = NDArray[np.float64]
 
-EXPONENT = 9.0  # of Hertz's peak pressure
-# Pa: ISO 76, ball bearings: ball and race together keep a dent of 1e-4 of the ball's diameter
+EXPONENT = 9.0  # of the peak Hertz pressure
+# Pa; ISO 76, ball bearings: total permanent set of ball and race of 1e-4 of the ball's diameter
 STATIC_LIMIT = 4200e6
 
 
@@ -51,12 +51,12 @@ class Cycles:
 
 
 def turning_points(history: ArrayLike) -> Array:
-    """Return the peaks and valleys of a history (n,), with its first and last value.
+    """Return the peaks and valleys of a history (n,), including its first and last value.
 
     Raises
     ------
     InputError
-        If the history is not a row of finite values.
+        If the history is not one-dimensional and finite.
     """
     values = np.asarray(history, dtype=float)
     if values.ndim != 1 or not np.all(np.isfinite(values)):
@@ -75,7 +75,7 @@ def rainflow(history: ArrayLike) -> Cycles:
     for point in turning_points(history):
         stack.append(float(point))
         while len(stack) >= 3 and abs(stack[-1] - stack[-2]) >= abs(stack[-2] - stack[-3]):
-            if len(stack) == 3:  # the range holds the start
+            if len(stack) == 3:  # the range contains the start
                 found.append((stack[0], stack[1], 0.5))
                 del stack[0]
             else:
@@ -87,14 +87,14 @@ def rainflow(history: ArrayLike) -> Cycles:
 
 
 def fatigue_sum(cycles: Cycles, reference: float, exponent: float = EXPONENT) -> float:
-    """Return the sum of n_i (range_i / reference)^exponent: how many cycles from 0 to the reference wear as much.
+    """Return the sum of n_i (range_i / reference)^exponent: the equivalent number of cycles from 0 to the reference.
 
     Parameters
     ----------
     cycles : Cycles
         Of the peak Hertz pressure at one body, Pa.
     reference : float
-        Pressure in which the sum is told, Pa; one for all drops that shall be compared.
+        Reference pressure, Pa; the same for all drops to be compared.
     exponent : float
         Stress-life exponent.
 
@@ -110,16 +110,16 @@ def fatigue_sum(cycles: Cycles, reference: float, exponent: float = EXPONENT) ->
 
 @dataclass(frozen=True)
 class DropFatigue:
-    """What a drop does to the balls of one row.
+    """Fatigue of the balls of one row by a drop.
 
     Attributes
     ----------
     equivalent_cycles : (n,) array
-        Of each ball: `fatigue_sum` at the reference; sums of drops add.
+        `fatigue_sum` of each ball at the reference; those of several drops add up.
     reference : float
         Pa.
     beyond_static_limit : bool
-        True where the balls came above `STATIC_LIMIT`: then they may be indented and the sum does not hold.
+        True where the pressure exceeded `STATIC_LIMIT`: balls may be indented, and the sum is not valid.
     """
 
     equivalent_cycles: Array
@@ -128,7 +128,7 @@ class DropFatigue:
 
     @property
     def worst(self) -> float:
-        """Equivalent cycles of the ball that suffers most."""
+        """Equivalent cycles of the most damaged ball."""
         return float(self.equivalent_cycles.max())
 
 
@@ -138,8 +138,7 @@ def drop_fatigue(pressure: ArrayLike, reference: float = 2000e6) -> DropFatigue:
     Parameters
     ----------
     pressure : (n, k) array
-        Peak Hertz pressure of each ball over time, Pa.  A ball is followed, not a place on the race: the stress of the
-        ball's contact, whichever of its points is there.
+        Peak Hertz pressure of each ball over time, Pa; of the ball's contact, not of a fixed point on ball or race.
     reference : float
         Pa.
     """

@@ -1,9 +1,9 @@
-"""Kernels compiled, before their first use, by a process of their own.
+"""Compilation of kernels in a separate process before their first use.
 
-numba compiles what a kernel calls (`tdbsim.cache.called`) for itself too, and a kernel that was just compiled calls that.
-Loaded from the cache, it calls the copies within it, which the compiler saw together with it and which round otherwise.
-A process that only loads kernels comes to the same last digits as all later ones.  Of several that begin at a time one has a
-kernel compiled, and the others wait for it.
+numba compiles functions called by a kernel (`tdbsim.cache.called`) separately too, and a kernel just compiled calls these.
+Loaded from the cache, it calls the copies inside it, which were optimised together with it and round differently.  A process
+that only loads kernels therefore gives the same last digits as all later ones.  Of several processes that start together, one has
+a kernel compiled and the others wait for it.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from tdbsim.drop_model import DropModel
 if TYPE_CHECKING:
     from tdbsim.simulate import DropPlan
 
-_SECONDS = 1e-3  # of a drop that is simulated to have a kernel compiled
-_PATIENCE_S = 600.0  # with another process that has one compiled, which takes a minute or two
+_SECONDS = 1e-3  # length of the drop that is simulated to trigger compilation
+_PATIENCE_S = 600.0  # longest wait for another process that compiles, which takes a minute or two
 _CHILD = (
     "import pickle, sys\n"
     "sys.path[:] = pickle.load(sys.stdin.buffer)\n"
@@ -32,17 +32,17 @@ _CHILD = (
     "compile_here(*pickle.load(sys.stdin.buffer))\n"
 )
 
-_seen: set[str] = set()  # kernels that are compiled, or for which that was tried
+_seen: set[str] = set()  # kernels that are compiled, or whose compilation was tried
 _lock = Lock()
 
 
 def is_compiled(kernel: str) -> bool:
-    """Return whether a kernel needs no compiling, which takes most of a minute, before its next use."""
+    """Return whether a kernel is compiled already; compilation takes most of a minute."""
     return kernel in _seen or _in_cache(kernel) or not _compiles()
 
 
 def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
-    """See to it that a kernel is in the cache; where that cannot be, the first call in this process compiles it.
+    """Ensure that a kernel is in the cache; where that fails, the first call in this process compiles it.
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
     with _lock:
         if kernel not in _seen and not _in_cache(kernel) and _compiles():
             with _one_at_a_time():
-                if not _in_cache(kernel):  # another process may have seen to it meanwhile
+                if not _in_cache(kernel):  # another process may have compiled it meanwhile
                     subprocess.run(
                         [sys.executable, "-c", _CHILD],
                         input=pickle.dumps(sys.path) + pickle.dumps((kernel, model, plan)),
@@ -67,7 +67,7 @@ def compile_apart(kernel: str, model: DropModel, plan: DropPlan) -> None:
 
 
 def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
-    """Compile a kernel in this process, by a short drop; it stays in the cache."""
+    """Compile a kernel into the cache in this process, by simulating a short drop."""
     from tdbsim.side_by_side import run_side_by_side
     from tdbsim.simulate import run
 
@@ -81,11 +81,11 @@ def compile_here(kernel: str, model: DropModel, plan: DropPlan) -> None:
 
 @contextmanager
 def _one_at_a_time() -> Iterator[None]:
-    """Hold off other processes that share the cache, by the lock of a database: it ends with the process that holds it."""
+    """Exclude other processes that share the cache, by a database lock, which is released when its process ends."""
     import sqlite3
 
     with ExitStack() as held:
-        with suppress(sqlite3.Error):  # a folder that knows no locks: at worst both compile
+        with suppress(sqlite3.Error):  # a file system without locks: at worst both compile
             lock = sqlite3.connect(kernel_folder() / "compiling.sqlite", timeout=_PATIENCE_S, isolation_level=None)
             held.callback(lock.close)
             lock.execute("BEGIN EXCLUSIVE")
@@ -99,7 +99,7 @@ def _in_cache(kernel: str) -> bool:
 
 
 def _compiles() -> bool:
-    """True where another interpreter can compile; in a frozen program there is none, and without a compiler no need."""
+    """True where another interpreter can compile; not in a frozen program, nor with compilation disabled."""
     import numba
 
     config: Any = numba.config

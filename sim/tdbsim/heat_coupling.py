@@ -1,22 +1,22 @@
 """A drop and the temperatures of its touchdown bearings, integrated together.
 
-At the end of each short interval (`tdbsim.simulate.DropPlan.heat_interval`) drop and network of temperatures
-(`tdbsim.heat_network`) exchange what they did to each other in it.
+At the end of each short interval (`tdbsim.simulate.DropPlan.heat_interval`) drop and thermal network (`tdbsim.heat_network`)
+exchange the heat and growth of the interval.
 
     drop -> network   the work of friction between rotor and ring; the work of the drag on the ring, shared between the races
     network -> drop   growth of shaft, rings and balls: the gap and the clearance of the balls until the next exchange
-    within the drop   torque inside the bearing by the mean over the interval's samples of load and speed, as drag on
-                      the ring until the next exchange, beside the machine's `inner_ring_drag`
+    within the drop   friction torque of the bearing at the mean load and speed of the interval's samples, as drag on the ring
+                      until the next exchange, in addition to the machine's `inner_ring_drag`
 
-Signs are those of geometry.  A warm ring's bore grows outward, away from the shaft: gap = cold gap + bore - shaft.  Balls are
-pressed by the growth of the inner race and of their diameter (two radii; against a radial displacement over the cosine of
-the contact angle), and freed by that of the outer race.  The source (N. Neisi, doctoral dissertation, LUT University,
-equations 2.5 to 2.9) agrees on the races, but adds the inner ring's growth to the depth of rotor in ring, so that its warm
-ring closes the gap; and adds a ball's growth of radius to its diameter.  Here neither is followed.
+Signs follow geometry.  The bore of a warm ring grows outward, away from the shaft: gap = cold gap + bore - shaft.  Growth of the
+inner race and of the ball diameter (two radii; divided by the cosine of the contact angle for radial displacement) reduces the
+clearance, growth of the outer race increases it.  N. Neisi (doctoral dissertation, LUT University, equations 2.5 to 2.9) agrees
+on the races, but adds the inner ring's growth to the depth of rotor in ring, so that a warm ring closes the gap, and adds a
+ball's growth of radius to its diameter.  Neither is followed here.
 
-The time constants of the bodies are tenths of a second, so an interval of a millisecond is short; what lags by it is the
-torque.  The elastic energy that growth puts into pressed contacts is booked as supplied from outside (``external``): some
-millijoules, which the heat does not miss.  The radii at which friction acts stay cold.
+The time constants of the bodies are tenths of a second, so an interval of a millisecond is short; only the torque lags by it.
+The elastic energy that growth adds to loaded contacts is booked as supplied from outside (``external``): some millijoules, which
+are not taken from the heat.  The radii at which friction acts stay cold.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _ACTING = [GAP, HALF_CLEARANCE, RING_DRAG]  # columns of an end that an exchange
 
 @dataclass(frozen=True, eq=False)
 class Warmth:
-    """What heat did in a drop, at the instants of exchange.
+    """Thermal results of a drop at the instants of exchange.
 
     Attributes
     ----------
@@ -55,7 +55,7 @@ class Warmth:
     capacity : (ends, 8) array
         Heat capacities of `NODES`, J/K.
     sample : (i,) array
-        Of the trajectory, at which each exchange took place.
+        Sample of the trajectory at each exchange.
     time : (i,) array
         s after the release.
     course : (ends, i, columns) array
@@ -73,7 +73,7 @@ class Warmth:
 
     @property
     def rise(self) -> Array:
-        """Temperatures (ends, 8, i) of `NODES` over the air, K; of massless nodes during the interval before."""
+        """Temperature rises (ends, 8, i) of `NODES` over the air, K; of massless nodes during the interval before."""
         return np.moveaxis(self.course[:, :, RISE:GROWN], 1, 2)
 
     @property
@@ -82,7 +82,7 @@ class Warmth:
         return np.moveaxis(self.course[:, :, GROWN:], 1, 2)
 
     def stretches(self, end_columns: Array) -> tuple[NDArray[np.intp], Array]:
-        """Return samples (s + 1,) between which columns of both ends (s, 2, columns) acted, made of cold ones."""
+        """Return samples (s + 1,) and the columns of both ends (s, 2, columns) between them, from the cold ones."""
         after = self.sample[1:] if len(self.sample) > 1 else self.sample
         columns = np.repeat(end_columns[None], len(after), axis=0)
         columns[:, :, _ACTING] = self.acting[: len(after)]
@@ -90,7 +90,7 @@ class Warmth:
 
 
 def warm_bearings(model: DropModel) -> WarmBearings:
-    """Return the numbers of the bearings of a model that have heat."""
+    """Return the arrays of a model's bearings with heat."""
     ends, networks, growth, closing, torque = [], [], [], [], []
     for end, bearing in enumerate(model.machine.touchdown_bearings):
         heat = bearing.heat
@@ -114,10 +114,10 @@ def warm_bearings(model: DropModel) -> WarmBearings:
 
 
 class WarmIntegration:
-    """An integration of drop and temperatures that has reached an instant."""
+    """Stepwise integration of a drop together with the temperatures."""
 
     def __init__(self, model: DropModel, plan: DropPlan, start: Array, peak: Array) -> None:
-        """Begin as `Integration`, at the temperature of the air."""
+        """Begin as `Integration`, with all nodes at the temperature of the air."""
         self._drop = Integration(model.copy(), plan, start, peak)
         self._bearings = warm_bearings(model)
         self._course = [np.zeros((len(self._bearings.end), COURSE_COLUMNS))]
@@ -126,19 +126,19 @@ class WarmIntegration:
         self._sample: list[int] = []
 
     def through(self, times: Array, out: Array) -> None:
-        """Fill `out` (k, size) with the states at rising instants (k,), s after the release.
+        """Fill `out` (k, size) with the states at ascending instants (k,), s after the release.
 
         Raises
         ------
         InputError
-            If the integration does not converge, or the ring grows onto the shaft.
+            If the integration does not converge, or growth closes the gap.
         """
         drop, end = self._drop, self._drop.model.arrays.end
         stride = max(1, round(drop.plan.heat_interval * drop.plan.sampling))
         passed = self._sample[-1] + 1 if self._sample else 0
         first = 0
         while first < len(times):
-            # the first exchange finds the torques at the release
+            # the first exchange computes the torques at the release
             last = min(first + (stride if self._time else 1), len(times))
             before, since = drop.state.copy(), drop.time
             drop.through(times[first:last], out[first:last])
@@ -158,7 +158,7 @@ class WarmIntegration:
             first = last
 
     def warmth(self, before: int) -> Warmth:
-        """Return what heat did; `before` samples of the trajectory are before the release."""
+        """Return the thermal results; `before` : number of the trajectory's samples before the release."""
         return Warmth(
             ends=tuple(int(end) for end in self._bearings.end),
             capacity=self._bearings.network.capacity,

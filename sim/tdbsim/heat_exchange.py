@@ -1,6 +1,6 @@
-"""What a drop and the temperatures of a touchdown bearing do to each other at the end of an interval: the kernel.
+"""Kernel of the exchange between a drop and the temperatures of a touchdown bearing at the end of an interval.
 
-Why, and with which signs, says `tdbsim.heat_coupling`.
+For the model and its signs see `tdbsim.heat_coupling`.
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ COURSE_COLUMNS = GROWN + len(GROWTHS)
 
 
 class WarmBearings(NamedTuple):
-    """Numbers of the e bearings that have heat.
+    """Arrays of the e bearings with heat.
 
-    ``end`` (e,) their ends; ``network`` of arrays with one row each; ``growth`` (e, 5, 8), m/K; ``closing`` (e, 2, 5) how gap and
-    half clearance follow from the growths; ``torque`` (e, 7) load torque a newton, f2, viscosity, pitch diameter, spin
+    ``end`` (e,) their ends; ``network`` of arrays with one row each; ``growth`` (e, 5, 8), m/K; ``closing`` (e, 2, 5) matrix from
+    growths to changes of gap and half clearance; ``torque`` (e, 7) load torque per newton, f2, viscosity, pitch diameter, spin
     torques (`spin_per_press`), ball over pitch diameter; ``cold`` (e, 3) gap and half clearance without growth, m, and the
     machine's own drag, N m.
     """
@@ -57,7 +57,7 @@ class WarmBearings(NamedTuple):
 
 @inlined
 def _pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
-    """Return the resultant of the balls' loads, N, the sum of their squared presses, m^2, and their elastic energy, J."""
+    """Return the resultant of the ball loads, N, the sum of squared compressions, m^2, and the elastic energy, J."""
     row = m.end[end]
     n = len(m.square)
     i, ring = state_layout.bodies(n, end), y[state_layout.ring_angle(n, end)]
@@ -79,7 +79,7 @@ def _pressed_balls(m, end, y):  # type: ignore[no-untyped-def]
 
 @inlined
 def _elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
-    """Return the energy in the contacts of rotor, ring and balls, J."""
+    """Return the elastic energy in the contacts of rotor, ring and balls, J."""
     row = m.end[end]
     n = len(m.square)
     i, ring = state_layout.bodies(n, end), y[state_layout.ring_angle(n, end)]
@@ -97,7 +97,7 @@ def _elastic_energy(m, end, y):  # type: ignore[no-untyped-def]
 
 @compiled
 def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-untyped-def]
-    """Give the networks the heat of an interval; find torques, gaps and clearances that act after it.
+    """Put the heat of an interval into the networks; compute the torques, gaps and clearances that act after it.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def exchange(m, bearings, before, states, step, y, courses):  # type: ignore[no-
     before : (size,) array
         State at the beginning of the interval.
     states : (k, size) array
-        At its samples, the last at its end.
+        States at its samples, the last at its end.
     step : float
         Its length, s; 0 at the release.
     y : (size,) array
@@ -153,7 +153,7 @@ def _give_heat(m, end, network, across, before, after, step, drags, course):  # 
     n = len(m.square)
     ledger = state_layout.work(n)
     rubbed = after[ledger + RUBBED + end] - before[ledger + RUBBED + end]
-    # the ledger holds the drag's work at both ends: each has its torque times the angle that its ring turned
+    # the ledger holds the drag's work of both ends together: each has its torque times the angle of its ring
     own, other = state_layout.ring_angle(n, end), state_layout.ring_angle(n, 1 - end)
     mine = drags[end] * abs(after[own] - before[own])
     both = mine + drags[1 - end] * abs(after[other] - before[other])
@@ -171,7 +171,7 @@ def _give_heat(m, end, network, across, before, after, step, drags, course):  # 
 
 @inlined
 def _find_torques(m, end, law, states, course):  # type: ignore[no-untyped-def]
-    """Fill the torques of `course` with those of states' mean load and speed; `law` as in `WarmBearings`."""
+    """Fill the torques of `course` from the mean load and speed of states; `law` : row of ``torque`` in `WarmBearings`."""
     n = len(m.square)
     turning = state_layout.ring_speed(n, end)
     loads, speeds, squares = 0.0, 0.0, 0.0

@@ -1,17 +1,17 @@
-"""Temperatures of a touchdown bearing: nine resistances between shaft, rings, balls, housing and the air.
+"""Thermal network of a touchdown bearing: nine resistances between shaft, rings, balls, housing and the air.
 
     ambient -R1- shaft -R2- rub -R3- inner ring -R4- inner contact -R5- balls -R5- outer contact -R7- outer ring -R8-
     housing -R9- ambient, and balls -R6- ambient
 
-One-dimensional, as in N. Neisi, doctoral dissertation (LUT University), section 2.2.3, which names what each resistance
-is but prints no expression.  Here: rings are walls of cylinders from their middle to their surfaces; the shaft takes heat
-from its surface to its mean, 1/(8 pi k w); balls conduct over half a diameter through their great circle; R9 is free
+One-dimensional, as in N. Neisi, doctoral dissertation (LUT University), section 2.2.3, which names each resistance but gives no
+expression.  Here: rings are cylindrical walls, conducting from their middle to their surfaces; the shaft conducts from its
+surface to its mean temperature, 1/(8 pi k w); balls conduct over half a diameter through their great circle; R9 is free
 convection with h = 23 (T - T_a)^0.25 W/m^2K (Harris); R1 that of a rotating cylinder, Nu = 0.133 Re^(2/3) Pr^(1/3)
-(K. M. Becker, Int. J. Heat Mass Transfer 6 (1963)); R6 that of spheres in the stream of the cage, Nu = 2 + 0.6
-Re^(1/2) Pr^(1/3) (W. E. Ranz, W. R. Marshall, 1952).  Where rotor and ring rub and where balls touch races there is no
-mass: those nodes take heat and follow at once.  Constriction in the small contacts is left out.
+(K. M. Becker, Int. J. Heat Mass Transfer 6 (1963)); R6 that of spheres in a stream at the cage's speed, Nu = 2 + 0.6
+Re^(1/2) Pr^(1/3) (W. E. Ranz, W. R. Marshall, 1952).  The nodes at rub and ball contacts are massless: they receive heat and
+follow at once.  The constriction resistance of the small contacts is neglected.
 
-How much the bodies grow is in `BearingBody.growth`.
+For thermal growth see `BearingBody.growth`.
 """
 
 from __future__ import annotations
@@ -53,20 +53,20 @@ class ThermalMaterial:
 
 @dataclass(frozen=True)
 class BearingBody:
-    """The bodies that heat flows through; lengths in m.
+    """The thermal bodies of a bearing; lengths in m.
 
     Attributes
     ----------
     shaft_radius, bore_radius : float
-        Of the rotor and of the inner ring where they rub.
+        Of the rotor and of the inner ring at the rub.
     inner_race_radius, outer_race_radius : float
-        Of the ring walls' inner side and outer side, where the balls run (mean of shoulder and groove).
+        Of the inner and of the outer ring's wall at the balls (mean of shoulder and groove).
     outer_radius, housing_radius : float
-        Of the outer ring and of the housing, outside.
+        Outer radii of outer ring and housing.
     width : float
         Of all rows together.
     housing_width, shaft_length : float
-        Of the housing, and of the piece of the shaft that takes part.
+        Of the housing, and of the heated piece of the shaft.
     ball_diameter, pitch_diameter : float
     ball_count : int
         Of all rows.
@@ -78,7 +78,7 @@ class BearingBody:
     Raises
     ------
     InputError
-        If the radii do not grow from the shaft to the housing, or a length is not positive.
+        If the radii do not increase from the shaft to the housing, or a length is not positive.
     """
 
     shaft_radius: float
@@ -118,7 +118,7 @@ class BearingBody:
 
     @property
     def capacity(self) -> Array:
-        """Heat capacity of the nodes (8,), J/K; 0 where there is no mass."""
+        """Heat capacities of the nodes (8,), J/K; 0 for massless ones."""
 
         def ring(inside: float, outside: float, width: float) -> float:
             return math.pi * (outside**2 - inside**2) * width * self.race.density * self.race.specific_heat
@@ -155,11 +155,11 @@ class BearingBody:
 
     @property
     def to_air(self) -> Array:
-        """What the bodies give to the air (4,), as `air_conductance` takes it."""
+        """Coefficients of convection (4,), as used by `air_conductance`."""
         diameter = 2 * self.shaft_radius
         reynolds = math.pi * diameter**2 / AIR_VISCOSITY  # at 1 Hz
         shaft = 0.133 * reynolds ** (2 / 3) * AIR_PRANDTL ** (1 / 3) * AIR_CONDUCTIVITY / diameter
-        # the balls' centres go at half the speed of the inner race where they touch it
+        # the ball centres move at half the speed of the inner race at the contact
         cage = math.pi * (self.pitch_diameter - self.ball_diameter * math.cos(self.contact_angle)) / 2
         stream = 0.6 * math.sqrt(cage * self.ball_diameter / AIR_VISCOSITY) * AIR_PRANDTL ** (1 / 3)
         balls = AIR_CONDUCTIVITY / self.ball_diameter * math.pi * self.ball_diameter**2 * self.ball_count
@@ -168,15 +168,14 @@ class BearingBody:
 
     @property
     def growth(self) -> Array:
-        """How much each of `GROWTHS` grows a kelvin of each node (5, 8), m/K; radii, counted outward.
+        """Matrix from the temperature rises of the nodes to `GROWTHS` of radii (5, 8), m/K, positive outward.
 
-        Rings as Neisi, section 2.2.5, after G. Sun: (alpha/3)(1 + nu) r/(r + r') (dT (2 r + r') + dT' (2 r' + r)) at the
-        radius r of a ring that is warmer by dT there and by dT' at its other side r': that side's growth in plane strain,
-        exact where the temperature runs straight from side to side.  The source takes it for the bore, with the inner
-        contact on the other side, and for the outer race, with the housing.  By the same theory the race of the inner ring
-        grows r'/r times as much as its bore; the source takes one growth for both.  The shaft, whose growth the source
-        leaves out, is a full cylinder of one temperature in plane strain, alpha (1 + nu) r dT.  Balls grow by
-        alpha r dT.
+        Rings as in Neisi, section 2.2.5, after G. Sun: (alpha/3)(1 + nu) r/(r + r') (dT (2 r + r') + dT' (2 r' + r)) at the
+        radius r of a ring that is warmer by dT there and by dT' at its other side r': the growth in plane strain, exact for a
+        temperature linear in the radius.  Neisi uses it for the bore, with the inner contact on the other side, and for the
+        outer race, with the housing.  By the same theory the race of the inner ring grows r'/r times as much as its bore, where
+        Neisi uses one growth for both.  The shaft, whose growth Neisi neglects, is a solid cylinder of uniform temperature in
+        plane strain, alpha (1 + nu) r dT.  Balls grow by alpha r dT.
         """
         strain = self.race.expansion * (1 + self.race.poisson_ratio)
 
@@ -194,13 +193,13 @@ class BearingBody:
 
     @property
     def network(self) -> Network:
-        """The numbers that `warm` reads."""
+        """The network's constants, as used by `warm`."""
         resistance = self.conduction
         return Network(self.capacity, np.array([1 / resistance[number] for number in _CHAIN]), self.to_air)
 
 
 class Network(NamedTuple):
-    """Heat capacities of the nodes (8,), J/K; conductances between neighbours (7,), W/K; what goes to the air (4,)."""
+    """Heat capacities of the nodes (8,), J/K; conductances between neighbours (7,), W/K; coefficients of convection (4,)."""
 
     capacity: Array
     chain: Array
@@ -209,24 +208,24 @@ class Network(NamedTuple):
 
 @inlined
 def air_conductance(to_air, shaft_speed, ring_speed, housing_rise):  # type: ignore[no-untyped-def]
-    """Return the conductances of shaft, balls and housing to the air, W/K, at speeds in Hz and the housing's rise in K."""
+    """Return the conductances of shaft, balls and housing to the air, W/K, at speeds, Hz, and a rise of the housing, K."""
     shaft = to_air[0] * abs(shaft_speed) ** (2 / 3)
     return shaft, to_air[1] + to_air[2] * math.sqrt(abs(ring_speed)), to_air[3] * abs(housing_rise) ** 0.25
 
 
 @compiled
 def warm(network, rise, step, rub, inner, outer, shaft_speed, ring_speed):  # type: ignore[no-untyped-def]
-    """Advance temperatures by an implicit step, which closes the energy whatever its length.
+    """Advance temperatures by an implicit step, which conserves energy at any step length.
 
     Parameters
     ----------
     network : Network
     rise : (8,) array
-        Of each of `NODES` over the air, K; on return at the end of the step (of massless nodes: during it).
+        Temperature rise of each of `NODES` over the air, K; on return at the end of the step (of massless nodes: during it).
     step : float
         s.
     rub, inner, outer : float
-        Heat made during the step where rotor and ring rub and at the two races, J.
+        Heat generated during the step at the rub and at the two races, J.
     shaft_speed, ring_speed : float
         Hz.
 
@@ -241,7 +240,7 @@ def warm(network, rise, step, rub, inner, outer, shaft_speed, ring_speed):  # ty
     air[SHAFT], air[BALLS], air[HOUSING] = air_conductance(network.to_air, shaft_speed, ring_speed, rise[HOUSING])
     made = np.zeros(count)
     made[RUB], made[INNER_CONTACT], made[OUTER_CONTACT] = rub, inner, outer
-    # only neighbours exchange heat: each node sees those before it as one conductance and one source
+    # only neighbours exchange heat: elimination reduces the nodes before each one to one conductance and one source
     seen = np.zeros(count)
     for i in range(count):
         seen[i] = capacity[i] / step + air[i]

@@ -1,9 +1,9 @@
-"""What heat did in a simulated drop, as variables of its Dataset (`tdbsim.drop_record`).
+"""Thermal results of a simulated drop as variables of its Dataset (`tdbsim.drop_record`).
 
-``heat_end`` names the ends whose touchdown bearings have heat.  As they acted between one exchange and the next, along
+``heat_end`` names the ends whose touchdown bearings have heat.  Constant between exchanges, along
 (``heat_end``, ``time``): ``load_torque``, ``speed_torque``, ``spin_torque`` inside the bearing in N m; ``rub_heat``,
 ``inner_race_heat``, ``outer_race_heat`` in W; ``warm_gap`` (radial) and ``warm_clearance`` (of the balls, diametral) in m;
-along (``heat_end``, ``part``, ``time``): ``growth`` of radii in m.  On straight lines between exchanges, along (``heat_end``,
+along (``heat_end``, ``part``, ``time``): ``growth`` of radii in m.  Linear between exchanges, along (``heat_end``,
 ``node``, ``time``): ``temperature_rise`` over the air in K (of nodes without mass during the interval before); along
 (``heat_end``, ``time``): ``heat_supplied``, ``heat_lost``, ``heat_stored`` in J since the release.
 """
@@ -21,7 +21,7 @@ from tdbsim.simulate import Trajectory
 
 
 def add_heat(record: xr.Dataset, trajectory: Trajectory, warmth: Warmth) -> xr.Dataset:
-    """Return the record with the variables that the head of this module tells of."""
+    """Return the record with the variables listed in the docstring of this module."""
     ends, course = warmth.ends, warmth.course
     interval = np.searchsorted(warmth.sample, np.arange(len(trajectory.time)))  # that ends at or after each sample
     began = np.maximum(interval - 1, 0)

@@ -1,6 +1,6 @@
-"""Hertz contact, exact: balls on raceways as ellipses.
+"""Exact elliptical Hertz contact of balls and raceways.
 
-The ellipse's integrals are taken in Carlson's form, which loses no digits where the ellipse is nearly a circle:
+The elliptic integrals are computed in Carlson's form, which loses no digits where the ellipse is nearly a circle:
 with m = 1 - 1/kappa^2, m1 = 1/kappa^2 and B = E(m) - m1 K(m) over m, D = K(m) - E(m) over m, both positive,
 K = B + D, E = B + m1 D, and the ratio of the relative radii of curvature is B/(m1 D).
 
@@ -38,13 +38,13 @@ SILICON_NITRIDE = Material(310e9, 0.26)  # balls of hybrid bearings
 
 
 def effective_modulus(first: Material, second: Material) -> float:
-    """Return E' = 2/((1 - nu1^2)/E1 + (1 - nu2^2)/E2), Pa."""
+    """Return the effective modulus E' = 2/((1 - nu1^2)/E1 + (1 - nu2^2)/E2), Pa."""
     compliance = sum((1 - body.poisson_ratio**2) / body.elastic_modulus for body in (first, second))
     return 2 / compliance
 
 
 def ellipticity(radius_ratio: ArrayLike) -> Array:
-    """Return kappa, major over minor semi-axis, of the contact ellipse to 1e-12.
+    """Return kappa, the ratio of major to minor semi-axis of the contact ellipse, to 1e-12.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def ellipticity(radius_ratio: ArrayLike) -> Array:
 
 def _elliptic_integrals(m1: ArrayLike) -> tuple[Array, Array]:
     """Return B and D of the complementary parameter m1."""
-    from scipy.special import elliprd  # slow to load, and a bearing of stated stiffness needs none
+    from scipy.special import elliprd  # slow to import, and not needed for a bearing of stated stiffness
 
     m1 = np.asarray(m1, dtype=float)
     return m1 * elliprd(0.0, 1.0, m1) / 3, elliprd(0.0, m1, 1.0) / 3
@@ -97,7 +97,7 @@ class PointContact:
     Raises
     ------
     InputError
-        If a relative radius is not positive and finite: the surfaces conform, and Hertz's ellipse does not exist.
+        If a relative radius is not positive and finite: the surfaces conform, and there is no Hertz ellipse.
     """
 
     radius_x: float
@@ -114,7 +114,7 @@ class PointContact:
 
     @cached_property
     def kappa(self) -> float:
-        """Major over minor semi-axis of the ellipse."""
+        """Ratio of major to minor semi-axis of the ellipse."""
         return float(ellipticity(max(self.radius_x, self.radius_y) / min(self.radius_x, self.radius_y)))
 
     @cached_property
@@ -147,7 +147,7 @@ class PointContact:
         """Return the greatest pressure, Pa, for loads in N (0 where there is no load)."""
         load = _positive_part(load)
         _, second = self.integrals
-        # 3 Q/(2 pi a b) with the semi-axes inserted
+        # 3 Q/(2 pi a b) with the semi-axes substituted
         unit = np.cbrt(6 * self.kappa**2 * second * self.radius / (math.pi * self.modulus))
         return np.asarray(1.5 * self.kappa / (math.pi * unit**2) * np.cbrt(load))
 
@@ -165,13 +165,13 @@ def point_contact(
 
 
 def series_stiffness(*stiffnesses: float) -> float:
-    """Return the stiffness of point contacts in series: K^(-2/3) adds, N/m^1.5."""
+    """Return the stiffness of point contacts in series, N/m^1.5: their K^(-2/3) add up."""
     return math.fsum(stiffness ** (-2 / 3) for stiffness in stiffnesses) ** -1.5
 
 
 @dataclass(frozen=True)
 class BearingGeometry:
-    """A ball bearing as its maker gives it.
+    """Catalogue geometry of a ball bearing.
 
     Attributes
     ----------
@@ -215,7 +215,7 @@ class BearingGeometry:
     def _contact(self, race_diameter: float, conformity: float) -> PointContact:
         ball = self.ball_diameter / 2
         groove = conformity * self.ball_diameter
-        # at the contact angle the race's normal section along rolling is widened by 1/cos
+        # at the contact angle the race's radius of curvature along rolling is greater by 1/cos
         race = race_diameter / (2 * math.cos(self.contact_angle))
         return point_contact((ball, ball), (race, -groove), self.ball, self.race)
 

@@ -1,16 +1,16 @@
-"""The hooks of the effects, chained into one compiled function a kind.
+"""The hooks of the effects, chained into one compiled function per kind.
 
-A hook is a plain function in an effect's file, with the name of its kind.  ``p`` is the row of numbers of its end (or
-of the rotor), ``i`` where its own begin; where the effect is not used they are all zero, and the hook adds nothing.
+A hook is a plain function in an effect's file, with the name of its kind.  ``p`` is the row of coefficients of its end (or of the
+rotor), ``i`` the index of its first one; where the effect is not used they are all zero, and the hook adds nothing.
 
     gap(azimuth, heat, p, i)       -> (m, m, m)   added to the radial gap at a fixed azimuth, and its first and second
-                                                  derivative by it; heat: friction's heat that is in the bearing, J
-    bore(azimuth, p, i)            -> (m, m, m)   the same, turning with the inner ring: azimuth counts from its mark
+                                                  derivative by it; heat: frictional heat stored in the bearing, J
+    bore(azimuth, p, i)            -> (m, m, m)   the same, fixed to the inner ring: azimuth counts from its mark
     friction(slip, p, i)           -> 1           added to the friction coefficient at a slip speed, m/s
     ball(azimuth, ring_angle, p, i) -> m          added to the interference of a ball at a fixed azimuth
     support(x, y, p, i)            -> (N, N)      added to the force on the outer ring, deflected by x, y
     windage(omega, p, i)           -> rad/s^2     added to the rotor's angular acceleration
-    holding(seconds, p, i)         -> 1           share of the magnets' force at the release that is left later
+    holding(seconds, p, i)         -> 1           residual magnetic force over that at the release
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from tdbsim.effect import EffectDeclaration, catalogue
 
 @cache
 def offsets() -> dict[str, int]:
-    """Return where each effect's numbers begin in the row of an end; of one that may stand there several times, the first's.
+    """Return the index of each effect's first coefficient in the row of an end; of a repeatable one, that of its first instance.
 
-    How often such an effect does stand there is in the number before.
+    The element before that is the number of instances of a repeatable effect.
     """
     found, start = {}, 0
     for each in catalogue():
@@ -37,7 +37,7 @@ def offsets() -> dict[str, int]:
 
 
 def row_length() -> int:
-    """Return how many numbers the hooks of all effects need, an end; at least one."""
+    """Return the number of coefficients of all effects' hooks per end, at least one."""
     return max(1, sum(_needed(each) for each in catalogue()))
 
 
@@ -51,7 +51,7 @@ def has_hook(declared: EffectDeclaration, kind: str) -> bool:
     return hasattr(declared.module, kind)
 
 
-# One maker a number of arguments and results: compiled code takes no variable argument lists.
+# One maker per signature: compiled code takes no variable argument lists.
 
 
 def _none_1(a, p):  # type: ignore[no-untyped-def]

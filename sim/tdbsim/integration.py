@@ -1,4 +1,4 @@
-"""A drop on its way through instants, by the method of its plan; with the splitting, several calls lead where one does."""
+"""Stepwise integration of a drop by the method of its plan; with the splitting, several calls give the same as one."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Integration:
-    """An integration that has reached an instant; the bodies keep their temperature.
+    """Stepwise integration of a drop without heat.
 
     Attributes
     ----------
@@ -35,12 +35,12 @@ class Integration:
     """
 
     def __init__(self, model: DropModel, plan: DropPlan, start: Array, peak: Array) -> None:
-        """Begin with a state at the release; `peak` (2,) is raised to the greatest normal forces, N.
+        """Begin with a state at the release; `peak` (2,) is updated to the greatest normal forces, N.
 
         Raises
         ------
         InputError
-            If the rotor has more modes than the method takes.
+            If the rotor has more modes than the method supports.
         """
         if plan.method == "splitting":
             check_modes(model.n)
@@ -53,12 +53,12 @@ class Integration:
         self._pace = np.array(splitting.START)
 
     def through(self, times: Array, out: Array) -> None:
-        """Fill `out` (k, size) with the states at rising instants (k,), s after the release.
+        """Fill `out` (k, size) with the states at ascending instants (k,), s after the release.
 
         Raises
         ------
         InputError
-            If the integration does not converge, or friction's heat closes the gap.
+            If the integration does not converge, or frictional heat closes the gap.
         """
         if not len(times):
             return
@@ -80,17 +80,17 @@ class Integration:
         check_open(self.model, t, times, out)
         if code != dormand_prince.DONE:
             raise InputError(f"the integration does not converge {t:.6g} s after the release; raise 'tolerance'")
-        # its last step went beyond the last instant
+        # the last step went beyond the last instant
         self.state, self.time, self._adaptive_step = out[-1].copy(), float(times[-1]), step
 
 
 def longest_step(model: DropModel, plan: DropPlan) -> float:
-    """Return the greatest usual step of a drop by the splitting, s."""
+    """Return the greatest usual step of the splitting for a drop, s."""
     return usual_step(model) if plan.step is None else plan.step
 
 
 def check_modes(n: int) -> None:
-    """Raise InputError where a rotor has more modes a plane than the splitting takes."""
+    """Raise InputError where a rotor has more modes per plane than the splitting supports."""
     if n > MOST_MODES:
         raise InputError(
             f"{n} modes a plane are more than 'splitting' takes; let 'bending' be less by {n - MOST_MODES}"
@@ -98,8 +98,8 @@ def check_modes(n: int) -> None:
 
 
 def check_finite(reached: float, times: Array, out: Array) -> None:
-    """Raise InputError where a drop by the splitting reached less than its instants, or ended in what is not finite."""
-    if reached < times[-1] or not math.isfinite(out[-1].sum()):  # what is not finite stays so
+    """Raise InputError where the splitting did not reach the last instant, or its last state is not finite."""
+    if reached < times[-1] or not math.isfinite(out[-1].sum()):  # a non-finite state stays so
         raise InputError(
             f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller where it is"
             " given, or check the machine's stiffnesses, masses and dampings"
@@ -107,7 +107,7 @@ def check_finite(reached: float, times: Array, out: Array) -> None:
 
 
 def check_open(model: DropModel, reached: float, times: Array, out: Array) -> None:
-    """Raise InputError where friction's heat closed the gap by an effect until the time reached: then the rotor is stuck."""
+    """Raise InputError where an effect of frictional heat closed the gap by the time reached: the rotor is then stuck."""
     for end in np.flatnonzero(np.isinf(model.arrays.end[:, SHAPE_REACH])):
         row, gap = model.arrays.effect[end], float(model.arrays.end[end, GAP])
         heat = out[times <= reached, state_layout.work(model.n) + state_layout.HEAT + end]
@@ -128,7 +128,7 @@ def check_open(model: DropModel, reached: float, times: Array, out: Array) -> No
 
 
 def error_scale(n: int) -> Array:
-    """Return the size of each component of the state against which errors count."""
+    """Return the scale of each component of the state for the error control."""
     scale = np.ones(state_layout.size(n))  # of modal velocities, of angles, of the rings' speeds and of work
     bodies, angles, rates = state_layout.bodies(n, 0), state_layout.shaft_angle(n), state_layout.positions(n)
     scale[:bodies], scale[bodies:angles] = 1e-3, 1e-4

@@ -1,4 +1,4 @@
-"""What a kick and a drift of the splitting are made of: the drift's table, and laws of motion at places that stand still."""
+"""Parts of the splitting: the drift's table, and the laws of motion in a kick, with positions fixed."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ DRIFT[3] = 1 - 2 * DRIFT.sum()
 KICK = np.array([0.209515106613362, -0.143851773179818, 0.0])
 KICK[2] = 0.5 - KICK.sum()
 
-STRONG = 0.3  # damping in a kick, beyond which no series does
-WEAK_DRAG = 1e-3  # of a ring's speed in a kick
-SMALL_SLIP = 1.0  # m/s; below it the friction law bends within a kick
+STRONG = 0.3  # damping exponent of a kick, above which the series is not accurate
+WEAK_DRAG = 1e-3  # relative loss of a ring's speed by drag in a kick, below which it is linear
+SMALL_SLIP = 1.0  # m/s; below it the friction law is not constant within a kick
 
 
 @called
 def swing_table(m, h, table):  # type: ignore[no-untyped-def]
-    """Fill (4 drifts, rows): how displacement and velocity of each damped mode follow from those before."""
+    """Fill the table (4 drifts, rows) with the transition matrix of displacement and velocity of each damped mode."""
     n = len(m.square)
     for s in range(4):
         t = DRIFT[s] * h
@@ -55,7 +55,7 @@ def stuck(slip, pulled, held, t):  # type: ignore[no-untyped-def]
         root = math.sqrt(after * after + REGULAR_SLIP * REGULAR_SLIP)
         miss = after + hold * after / root - target
         change = miss / (1.0 + hold * REGULAR_SLIP * REGULAR_SLIP / (root * root * root))
-        # for large steps of Newton's method the target is nearer than where it goes
+        # a large Newton step may overshoot: the solution lies between 0 and the target
         after = min(max(after - change, min(0.0, target)), max(0.0, target))
         if abs(change) < 1e-14:
             break
@@ -79,7 +79,7 @@ def slide_fast(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def
 
 @called
 def slide_slowly(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
-    """Return the same where the law of friction bends within the kick, or friction stops the slip."""
+    """Return the same where the friction coefficient changes within the kick, or friction stops the slip."""
     if grip * coefficient * abs(t) > REGULAR_SLIP:
         return stuck(slip, pull * t, -sliding_force(grip, slip, coefficient) * t, t)
     return slide_by_parts(slip, pull, grip, t, coefficient)
@@ -87,7 +87,7 @@ def slide_slowly(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-d
 
 @inlined
 def slide_by_parts(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped-def]
-    """Return the same where the law bends and friction does not stop the slip; numbers or vectors."""
+    """Return the same where the coefficient changes and friction does not stop the slip; numbers or vectors."""
     k1 = pull + sliding_force(grip, slip, coefficient)
     k2 = pull + sliding_force(grip, slip + 0.5 * t * k1, coefficient)
     k3 = pull + sliding_force(grip, slip + 0.5 * t * k2, coefficient)
@@ -97,7 +97,7 @@ def slide_by_parts(slip, pull, grip, t, coefficient):  # type: ignore[no-untyped
 
 @called
 def slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untyped-def]
-    """Return the same where effects change the coefficient with the slip."""
+    """Return the same where effects make the coefficient depend on the slip."""
     here = coefficient + hooks.friction(slip, p)
     if grip * here * abs(t) > REGULAR_SLIP:
         return stuck(slip, pull * t, -sliding_force(grip, slip, here) * t, t)
@@ -113,13 +113,13 @@ def slide_by_law(slip, pull, grip, t, coefficient, p):  # type: ignore[no-untype
 
 @inlined
 def drag_grip(speed, drag, t):  # type: ignore[no-untyped-def]
-    """Return the share of a ring's speed that its drag takes in t; numbers or vectors."""
+    """Return the relative loss of a ring's speed by its drag in t; numbers or vectors."""
     return t * drag / math.sqrt(speed * speed + REGULAR_SPIN * REGULAR_SPIN)
 
 
 @inlined
 def after_drag(speed, drag, t):  # type: ignore[no-untyped-def]
-    """Return the speed of a ring after its drag acted for t; `drag` in rad/s^2."""
+    """Return the speed of a ring after its drag has acted for t; `drag` in rad/s^2."""
     grip = drag_grip(speed, drag, t)
     if abs(grip) < WEAK_DRAG:
         return speed * (1.0 - grip)
@@ -131,7 +131,7 @@ def after_drag(speed, drag, t):  # type: ignore[no-untyped-def]
 
 @inlined
 def weakly_damped(rate):  # type: ignore[no-untyped-def]
-    """Return (1 - exp(-rate)) / rate and (1 - that) / rate, by a series; numbers or vectors."""
+    """Return phi1 = (1 - exp(-rate)) / rate and (1 - phi1) / rate by a series; numbers or vectors."""
     series = 1.0 - rate * (1 / 4) * (1.0 - rate * (1 / 5) * (1.0 - rate * (1 / 6) * (1.0 - rate * (1 / 7))))
     phi2 = 0.5 * (1.0 - rate * (1 / 3) * series)
     return 1.0 - rate * phi2, phi2
@@ -158,5 +158,5 @@ def mean_press(elastic, approach, pull, light, damping, t):  # type: ignore[no-u
 
 @inlined
 def damped_press(elastic, approach, pull, light, damping, t, phi1, phi2):  # type: ignore[no-untyped-def]
-    """Return the mean normal force, or what pulls; numbers or vectors."""
+    """Return the mean normal force without the limit at zero, so it may be tensile; numbers or vectors."""
     return elastic * (1.0 + damping * (approach * phi1 + (pull - light * elastic) * t * phi2))

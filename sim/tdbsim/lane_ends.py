@@ -1,7 +1,7 @@
-"""What a kick does at one end of eight drops side by side: forces of balls and support, contact, dampers of the rings.
+"""A kick at one end of eight drops side by side: forces of balls and support, contact, dampers of the rings.
 
-All is worked out for all lanes, and masks choose.  What few drops need (`rare` lanes, given as bits) is done lane by lane by
-the functions that `tdbsim.splitting` calls.
+Everything is computed in all lanes and selected by masks.  Rare cases (`rare` lanes, given as bits) are computed lane by lane
+with the functions that `tdbsim.splitting` calls.
 """
 
 from __future__ import annotations
@@ -88,18 +88,18 @@ from tdbsim.state_layout import DRAGGED, EXTERNAL, HEAT, ROLLED, RUBBED, STRUCK,
 from tdbsim.support import linear_spring
 from tdbsim.vectors import LANES, beyond, bits, load, masked, spread, store, where
 
-# of an end in a kick
+# quantities of an end in a kick
 (
     NORMAL_X, NORMAL_Y, DEPTH, SWING, ELASTIC, PRESSED, BALL_X, BALL_Y, SPRING_X, SPRING_Y, IMPULSE_X, IMPULSE_Y,
     ROLL_X, ROLL_Y, YIELD_X, YIELD_Y, KICK_STOP,
 ) = range(0, 17 * LANES, LANES)  # fmt: skip
-# shares of the dampers for one length of step and one kick: five a direction
+# damper coefficients for one step length and one kick: five per direction
 TAKEN_STOP = 5 * 4 * LANES
 
 
 @inlined
 def meet(effects, state, ends, kick, powers, end, ex, ey, shaped):  # type: ignore[no-untyped-def]
-    """Note normals, depths and elastic forces of rotors off by (ex, ey) in their rings; return who touches, as bits."""
+    """Store normals, depths and elastic forces of rotors displaced by (ex, ey) in their rings; return touching lanes as bits."""
     p, q = end * END_STOP, end * KICK_STOP
     gap = load(ends, p + GAP * LANES)
     squared = ex * ex + ey * ey
@@ -126,7 +126,7 @@ def meet(effects, state, ends, kick, powers, end, ex, ey, shaped):  # type: igno
 
 @inlined
 def meet_shaped(effects, state, ends, kick, end, ex, ey, rare):  # type: ignore[no-untyped-def]
-    """Note the same, and the depth's derivative by the ring's angle, of the bores that are not round."""
+    """Store the same, and the depth's derivative by the ring's angle, for bores that are not round."""
     q = end * KICK_STOP
     store(kick, q + SPRING_X, ex)
     store(kick, q + SPRING_Y, ey)
@@ -146,7 +146,7 @@ def _meet_each(effects, state, ends, kick, end, rare):  # type: ignore[no-untype
 
 @inlined
 def press_balls(effects, state, ends, kick, balls, count, end, tau, wavy):  # type: ignore[no-untyped-def]
-    """Note the forces of the balls on the inner rings, and book what the cages' turning supplies."""
+    """Store the forces of the balls on the inner rings, and book the work supplied by the turning of the cages."""
     p, q, i = end * END_STOP, end * KICK_STOP, 2 * end * LANES
     ex = load(state, RING + i) - load(state, OUTER + i)
     ey = load(state, RING + i + LANES) - load(state, OUTER + i + LANES)
@@ -179,7 +179,7 @@ def press_balls(effects, state, ends, kick, balls, count, end, tau, wavy):  # ty
 
 @called
 def press_wavy(effects, state, ends, kick, balls, end, rare):  # type: ignore[no-untyped-def]
-    """Note the forces of the balls on raceways with waves."""
+    """Store the forces of the balls on wavy raceways."""
     i = 2 * end * LANES
     for a in range(LANES):
         if rare >> a & 1:
@@ -206,7 +206,7 @@ def press_wavy(effects, state, ends, kick, balls, end, rare):  # type: ignore[no
 
 @inlined
 def bend_support(effects, state, ends, kick, end, sprung):  # type: ignore[no-untyped-def]
-    """Note the forces of the supports on the outer rings."""
+    """Store the forces of the supports on the outer rings."""
     p, q, i = end * END_STOP, end * KICK_STOP, 2 * end * LANES
     x = load(state, OUTER + i) - load(state, BASE + i)
     y = load(state, OUTER + i + LANES) - load(state, BASE + i + LANES)
@@ -232,16 +232,16 @@ def bend_support(effects, state, ends, kick, end, sprung):  # type: ignore[no-un
 
 @inlined
 def book(state, kind, work):  # type: ignore[no-untyped-def]
-    """Add to a kind of work."""
+    """Add work to an entry of the ledger."""
     store(state, WORK + kind * LANES, load(state, WORK + kind * LANES) + work)
 
 
 @inlined
 def strike(effects, state, ends, kick, end, touched, speed_x, speed_y, own, tau, on_path, room):  # type: ignore[no-untyped-def]
-    """Let the rotors that touch press and rub on their rings; return impulses, gain of the shafts' speed, friction's work.
+    """Apply normal and friction forces where rotors touch; return impulses, change of the shafts' speed, friction work.
 
-    (speed_x, speed_y) : the rotors' velocities there; `own` : what an impulse makes of them; `on_path` : whether the states are
-    those of the motion, whose forces count; `room` : for numbers of lanes.
+    (speed_x, speed_y) : the rotors' velocities there; `own` : their change per unit of impulse; `on_path` : whether the states
+    lie on the trajectory, so that their forces count as peaks; `room` : work space for the lanes.
     """
     p, q, i = end * END_STOP, end * KICK_STOP, 2 * end * LANES
     which = masked(touched)
@@ -306,7 +306,7 @@ def _share_each(ends, room, rare):  # type: ignore[no-untyped-def]
 
 @inlined
 def press_strongly(room, rare, mean, elastic, approach, pull, light, damping, tau):  # type: ignore[no-untyped-def]
-    """Return mean forces with those of contacts that are strongly damped in a kick."""
+    """Return mean forces, those of contacts strongly damped in a kick replaced."""
     store(room, 0, mean)
     store(room, LANES, elastic)
     store(room, 2 * LANES, approach)
@@ -330,7 +330,7 @@ def _press_each(room, rare):  # type: ignore[no-untyped-def]
 
 @inlined
 def slide_rarely(effects, ends, room, end, rare, changed, slip, pull, grip, tau):  # type: ignore[no-untyped-def]
-    """Return changes of the slip with those of slips that are slow, or whose coefficient effects change."""
+    """Return changes of the slip, those of slow slips, or with effects on the coefficient, replaced."""
     store(room, 0, changed)
     store(room, LANES, slip)
     store(room, 2 * LANES, pull)
@@ -354,7 +354,7 @@ def _slide_each(effects, ends, room, end, rare):  # type: ignore[no-untyped-def]
 
 @inlined
 def slow_ring(state, ends, end, rubbed, tau, room):  # type: ignore[no-untyped-def]
-    """Let friction's heat come and flow off, and the drag act on the inner rings."""
+    """Add and dissipate frictional heat, and apply the drag to the inner rings."""
     p = end * END_STOP
     heat = load(state, WORK + (HEAT + end) * LANES)
     book(state, HEAT + end, rubbed - tau * load(ends, p + COOLING_RATE * LANES) * heat)
@@ -383,7 +383,7 @@ def _drag_each(room, rare):  # type: ignore[no-untyped-def]
 
 @inlined
 def damp_axis(state, kick, taken, at, end, axis):  # type: ignore[no-untyped-def]
-    """Let the dampers act along an axis for the kick's first half; no impulse yet."""
+    """Apply the dampers along an axis for the kick's first half, before any impulse."""
     i, q = (2 * end + axis) * LANES, end * KICK_STOP + axis * LANES
     ring, outer, base = damped(
         taken, at, i, load(state, RING_RATE + i), load(state, OUTER_RATE + i), load(state, BASE_RATE + i)
@@ -408,7 +408,7 @@ def damped(taken, at, i, ring, outer, base):  # type: ignore[no-untyped-def]
 
 @inlined
 def push_axis(state, ends, kick, taken, at, end, axis, fall, tau):  # type: ignore[no-untyped-def]
-    """Let forces and impulses act along an axis for the whole kick and the dampers for its second half; book their work."""
+    """Apply forces and impulses along an axis for the whole kick, and the dampers for its second half; book their work."""
     p, i, q = end * END_STOP, (2 * end + axis) * LANES, end * KICK_STOP + axis * LANES
     ball, spring, impulse = load(kick, q + BALL_X), load(kick, q + SPRING_X), load(kick, q + IMPULSE_X)
     held = load(ends, p + FOUNDATION_STIFFNESS * LANES) * load(state, BASE + i)

@@ -1,4 +1,4 @@
-"""What effects do to the rotors of eight drops side by side: bows, cross-coupling, magnets that still pull, windage."""
+"""Effects on the rotors of eight drops side by side: bow, cross-coupling, residual magnetic force, windage."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from tdbsim.lane_modes import MODE_STATE, MODE_STOP, MORE_X, MORE_Y, X, Y
 from tdbsim.lane_rows import effect_of
 from tdbsim.vectors import LANES, load, spread, store
 
-# of a mode: the bow's elastic force, and what the magnets push it by; then its row of the cross-coupling
+# of a mode: modal forces of the bow and of the magnets, then its row of the cross-coupling
 BOW_X, BOW_Y, PULL_X, PULL_Y, COUPLED = range(0, 5 * LANES, LANES)
 
 
 @called
 def fill_forces(m, forces):  # type: ignore[no-untyped-def]
-    """Write what bows, magnets and cross-coupling push the modes by."""
+    """Write the modal forces of bows, magnets and cross-coupling."""
     n = len(m.square)
     for k in range(n):
         for a in range(LANES):
@@ -30,9 +30,9 @@ def fill_forces(m, forces):  # type: ignore[no-untyped-def]
 
 @inlined
 def add_forces(state, modes, modal, forces, n, coupled, cosine, sine, share, tau):  # type: ignore[no-untyped-def]
-    """Note what pushes the modes in a kick.
+    """Store the modal impulses of these effects in a kick.
 
-    `coupled` : lanes with cross-coupling, as bits; (cosine, sine) : of the shafts' angles; `share` : of the magnets' forces.
+    `coupled` : lanes with cross-coupling, as bits; (cosine, sine) : of the shafts' angles; `share` : of the magnetic forces.
     """
     for k in range(n):
         i, at = k * MODE_STOP, k * (COUPLED + n * LANES)
@@ -50,7 +50,7 @@ def add_forces(state, modes, modal, forces, n, coupled, cosine, sine, share, tau
 
 @inlined
 def held(effects, since, holding, room):  # type: ignore[no-untyped-def]
-    """Return which share of their forces the magnets still have `since` s after the release; `holding` : lanes, as bits."""
+    """Return the share of the magnetic forces left `since` s after the release; `holding` : lanes with any, as bits."""
     share = spread(0.0)
     if holding != 0:
         store(room, 0, since)
@@ -69,7 +69,7 @@ def _hold_each(effects, room, rare):  # type: ignore[no-untyped-def]
 
 @inlined
 def slowing(effects, omega, decay, blown, room):  # type: ignore[no-untyped-def]
-    """Return the angular acceleration of the rotors by what is around them; `blown` : lanes with windage, as bits."""
+    """Return the angular acceleration of the rotors by drag; `blown` : lanes with windage effects, as bits."""
     slower = -decay * omega
     if blown != 0:
         store(room, 0, omega)

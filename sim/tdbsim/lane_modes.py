@@ -1,6 +1,6 @@
-"""The rotors' modes of eight drops side by side: what a drift, a push and the gyroscopics do to them.
+"""The rotor's modes in eight drops side by side: drift, impulses and gyroscopic coupling.
 
-Shapes, frequencies and gyroscopics are one rotor's and so the same in all lanes; the state, unbalance and what pushes are not.
+Mode shapes, frequencies and gyroscopic matrix are the rotor's, so the same in all lanes; states, unbalances and impulses differ.
 """
 
 from __future__ import annotations
@@ -8,17 +8,17 @@ from __future__ import annotations
 from tdbsim.cache import in_order, inlined
 from tdbsim.vectors import LANES, load, spread, store
 
-# of a mode in the state, after what comes before the modes there
+# of a mode in the state, counted from the first mode
 X, Y, RATE_X, RATE_Y, MODE_STATE = range(0, 5 * LANES, LANES)
 # of a mode in a kick, as in `tdbsim.mode_rows`
 PUSH_X, PUSH_Y, MORE_X, MORE_Y, TURN_X, TURN_Y, COSINE, SINE, MODE_STOP = range(0, 9 * LANES, LANES)
 SAME, ALONG, BACK, STAY, SWING_STOP = range(0, 5 * LANES, LANES)  # of a mode in a drift's table
-BLOCK = 4  # modes whose gyroscopics are summed together; modes are counted up to a multiple of it
+BLOCK = 4  # modes whose gyroscopic terms are summed together; the number of modes is padded to a multiple of it
 
 
 @inlined
 def drift(state, modes, modal, n, at_end, table):  # type: ignore[no-untyped-def]
-    """Advance all modes, with the pushes that velocities have still to take; return x, y and their rates at both ends."""
+    """Advance all modes, pending halves of impulses included; return x, y and their rates at both ends."""
     x0, y0, u0, v0 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     x1, y1, u1, v1 = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
     for k in range(n):
@@ -50,7 +50,7 @@ def drift(state, modes, modal, n, at_end, table):  # type: ignore[no-untyped-def
 
 @inlined
 def lost(state, modes, n, damping):  # type: ignore[no-untyped-def]
-    """Return the power that the modes' damping takes."""
+    """Return the power dissipated by modal damping."""
     total = spread(0.0)
     for k in range(n):
         i = modes + k * MODE_STATE
@@ -61,7 +61,7 @@ def lost(state, modes, n, damping):  # type: ignore[no-untyped-def]
 
 @inlined
 def push(state, modes, modal, n, at_end, weight, along, across, jx0, jy0, jx1, jy1, fall, turn, struck):  # type: ignore[no-untyped-def]
-    """Give velocities half of their push and keep the other half, as `tdbsim.mode_rows.push`."""
+    """Apply half of the impulses to the velocities and keep the other half pending, as `tdbsim.mode_rows.push`."""
     supplied = spread(0.0)
     for k in range(n):
         i, j = modes + k * MODE_STATE, k * MODE_STOP
@@ -87,9 +87,9 @@ def push(state, modes, modal, n, at_end, weight, along, across, jx0, jy0, jx1, j
 
 @in_order
 def turn_plane(state, modes, modal, n, gyro, source, place, rate, answer, turn, struck):  # type: ignore[no-untyped-def]
-    """Let the gyroscopics turn the velocities of one plane by what the other says, as `tdbsim.mode_rows.turn_plane`.
+    """Apply the gyroscopic coupling of the other plane to the velocities of one, as `tdbsim.mode_rows.turn_plane`.
 
-    `gyro` : four of its rows together, number by number, four rows after the other.
+    `gyro` : the matrix in blocks of four rows, interleaved by column.
     """
     for first in range(0, n, BLOCK):
         a, b, c, d = spread(0.0), spread(0.0), spread(0.0), spread(0.0)
@@ -107,7 +107,7 @@ def turn_plane(state, modes, modal, n, gyro, source, place, rate, answer, turn, 
 
 @inlined
 def turned(state, modes, modal, k, place, rate, answer, turn, struck, change):  # type: ignore[no-untyped-def]
-    """Change a mode's velocity, and note what it turns the other plane by."""
+    """Change a mode's velocity, and store its contribution to the other plane."""
     i, j = modes + k * MODE_STATE, k * MODE_STOP
     changed = load(state, i + rate) + change
     store(state, i + rate, changed)

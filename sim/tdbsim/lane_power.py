@@ -1,4 +1,4 @@
-"""A power by the tables of `tdbsim.power_table` in eight drops at once, whose exponents may differ."""
+"""Powers by the tables of `tdbsim.power_table` in eight lanes, whose exponents may differ."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def fill_powers(exponents, tables):  # type: ignore[no-untyped-def]
 
 @inlined
 def powers_of(x, tables):  # type: ignore[no-untyped-def]
-    """Return x^exponent to rounding, x positive, as `tdbsim.power_table.power`."""
+    """Return x^exponent to rounding, with x positive, as `tdbsim.power_table.power`."""
     bits, lane = as_bits(x), lane_numbers()
     e = (bits >> MANTISSA) + -(ONE + LOWEST)
     e = where(e < 0, 0, where(e > SPAN - 1, SPAN - 1, e))

@@ -1,4 +1,4 @@
-"""The state of eight drops side by side, and what their machines give, a quantity after the other, eight lanes of each."""
+"""States and machine constants of eight drops side by side: quantity by quantity, eight lanes of each."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from tdbsim.lane_modes import BLOCK, COSINE, MODE_STATE, MODE_STOP, RATE_X, RATE
 from tdbsim.state_layout import LEDGER
 from tdbsim.vectors import LANES, beyond, load, masked, store, where
 
-# the state: places and velocities of the rings along x and y of the one end and of the other, angles, work, then the modes
+# the state: positions and velocities of the rings along x and y of the first and the second end, angles, work, then the modes
 _AXES, _BODIES = 4, 3
 (RING, OUTER, BASE, RING_RATE, OUTER_RATE, BASE_RATE, _TURNING) = range(0, 7 * _AXES * LANES, _AXES * LANES)
 (ANGLE, SPIN, COSINES, SINES, WORK) = range(_TURNING, _TURNING + 5 * _BODIES * LANES, _BODIES * LANES)
 MODES = WORK + len(LEDGER) * LANES
-# what a machine gives an end: the columns of `Arrays.end`, and what follows from them
+# constants of an end: the columns of `Arrays.end`, and derived ones
 (
     RING_LIGHT, RING_TURN, OUTER_LIGHT, TURNING, SLIDE, SLIDE_LIGHT, ARM, FREE, END_STOP,
 ) = range(END_COLUMNS * LANES, (END_COLUMNS + 9) * LANES, LANES)  # fmt: skip
@@ -53,20 +53,20 @@ def of_lane(m, a):  # type: ignore[no-untyped-def]
 
 @inlined
 def effect_of(effects, a, end):  # type: ignore[no-untyped-def]
-    """Return where the numbers of the effects' hooks of a lane stand, for an end or the rotor."""
+    """Return the coefficients of the effects' hooks of a lane, for an end or the rotor."""
     return beyond(effects, (a * (ROTOR_ROW + 1) + end) * EFFECT_WIDTH)
 
 
 @inlined
 def room_for(count):  # type: ignore[no-untyped-def]
-    """Return room for so many vectors of zeros, each in one line of the processor's cache."""
+    """Return space for `count` zero vectors, each aligned to a cache line."""
     space = np.zeros((count + 1) * LANES)
     return space[-(space.ctypes.data // 8) % LANES :]
 
 
 @called
 def read_state(y, n, state):  # type: ignore[no-untyped-def]
-    """Fill the state from vectors (lanes, size) in the order of `tdbsim.state_layout`; directions are still to be set."""
+    """Fill the state from vectors (lanes, size) in the order of `tdbsim.state_layout`, except cosines and sines."""
     rates = state_layout.positions(n)
     for a in range(LANES):
         for end in range(2):
@@ -88,7 +88,7 @@ def read_state(y, n, state):  # type: ignore[no-untyped-def]
 
 @called
 def write_state(state, n, a, out):  # type: ignore[no-untyped-def]
-    """Write the state of a lane to a place, in the order of `tdbsim.state_layout`."""
+    """Write the state of a lane to `out`, in the order of `tdbsim.state_layout`."""
     rates = state_layout.positions(n)
     for k in range(n):
         i = MODES + k * MODE_STATE + a
@@ -109,7 +109,7 @@ def write_state(state, n, a, out):  # type: ignore[no-untyped-def]
 
 @inlined
 def take_back(state, kept, size, discarded):  # type: ignore[no-untyped-def]
-    """Set lanes, given as bits, to a state kept before; `size` : numbers of it."""
+    """Reset the discarded lanes, given as bits, to a state kept before; `size` : length of the state."""
     which = masked(discarded)
     for i in range(0, size, LANES):
         store(state, i, where(which, load(kept, i), load(state, i)))
@@ -135,7 +135,7 @@ def direct(state, ends, a):  # type: ignore[no-untyped-def]
 
 @called
 def fill_ends(m, ends):  # type: ignore[no-untyped-def]
-    """Write what the machines give their ends, one end after the other."""
+    """Write the constants of the ends, one end after the other."""
     for a in range(LANES):
         for end in range(2):
             at, row = end * END_STOP + a, m.end[a, end]
@@ -158,7 +158,7 @@ def fill_ends(m, ends):  # type: ignore[no-untyped-def]
 
 @called
 def fill_balls(m, end, balls):  # type: ignore[no-untyped-def]
-    """Write the balls of an end, and return how many there are at most; where a lane has fewer, they never touch."""
+    """Write the balls of an end, and return the greatest number; surplus balls of lanes with fewer never touch."""
     most = 0
     for a in range(LANES):
         count = int(m.end[a, end, BALL_COUNT])
@@ -174,7 +174,7 @@ def fill_balls(m, end, balls):  # type: ignore[no-untyped-def]
 
 @called
 def fill_unbalance(m, modal):  # type: ignore[no-untyped-def]
-    """Write the lanes' unbalances among the numbers of a kick."""
+    """Write the lanes' unbalances among the quantities of a kick."""
     for a in range(LANES):
         for k in range(len(m.square)):
             modal[k * MODE_STOP + COSINE + a] = m.unbalance[a, 0, k]
@@ -183,7 +183,7 @@ def fill_unbalance(m, modal):  # type: ignore[no-untyped-def]
 
 @called
 def fill_gyro(gyro, rows):  # type: ignore[no-untyped-def]
-    """Write the gyroscopic matrix as `tdbsim.lane_modes.turn_plane` reads it."""
+    """Write the gyroscopic matrix in the order that `tdbsim.lane_modes.turn_plane` reads."""
     n = len(gyro)
     for k in range(n):
         for j in range(n):
@@ -192,7 +192,7 @@ def fill_gyro(gyro, rows):  # type: ignore[no-untyped-def]
 
 @called
 def flagged(columns, column):  # type: ignore[no-untyped-def]
-    """Return which lanes have a column (lanes, columns) set, as bits."""
+    """Return as bits which lanes have a nonzero value in a column of (lanes, columns)."""
     found = 0
     for a in range(LANES):
         if columns[a, column] > 0.0:

@@ -1,9 +1,9 @@
-"""The splitting for up to eight drops of one rotor side by side, a drop in each lane of the processor's vectors.
+"""The splitting for up to eight drops of one rotor side by side, one drop per lane of the processor's vectors.
 
-A drop alone is mostly waiting (`tdbsim.splitting`): here eight drops wait together.  The laws of motion, the order of a step's
-parts and the choice of steps are those of `splitting`, and each lane has its own way: where a contact begins or ends in it, its
-step is discarded and taken anew in four while the others go on; lanes may be at different instants.  So a drop takes the steps
-that it takes alone, and differs from that by rounding.
+A single drop is limited by latency (`tdbsim.splitting`), which eight drops share here.  The laws of motion, the order of a step's
+parts and the choice of steps are those of `splitting`, and lanes proceed independently: where a contact begins or ends in one,
+its step is discarded and repeated in four while the others go on, so lanes may be at different instants.  A drop thus takes the
+same steps as alone and differs by rounding only.
 """
 
 from __future__ import annotations
@@ -98,40 +98,40 @@ from tdbsim.turning import SMALL_TURN, turned_on
 from tdbsim.vectors import LANES, address, beyond, bits, load, masked, spread, store, where
 
 _WHOLE = PARTS[USUAL]
-# the way of each lane: the instant ahead, how far it is in parts of a usual step, short steps to come
+# progress of each lane: next instant, distance to it in parts of a usual step, short steps to come
 AHEAD, LEFT, SHORTS, WAY_STOP = range(0, 4 * LANES, LANES)
 _PLACES = 12 * LANES  # of the rings
 
 
 @reassociated
 def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-def]
-    """Advance the states of drops from the release through instants.
+    """Advance the states of drops from the release through given instants.
 
     Parameters
     ----------
     m : Arrays
-        Of the first drop what is the rotor's (``square``, ``damping``, ``gyro``, ``at_end``, ``weight``), of all lanes the
-        others, lane by lane; lanes beyond the drops repeat one of them.
+        The rotor's arrays (``square``, ``damping``, ``gyro``, ``at_end``, ``weight``) of the first drop; the others lane by
+        lane, surplus lanes repeating one of the drops.
     y : (lanes, size) array
         States at the release, likewise.
     step : float
         The greatest usual step, s.
     times : (k,) array
-        Rising instants, s after the release.
+        Ascending instants, s after the release.
     out : (drops, k + first, size) array
         Filled with the states at them, from the row `first` on.
     first : int
     peak : (drops, 2) array
-        Raised to the greatest normal forces, N.
+        Updated to the greatest normal forces, N.
 
     Returns
     -------
     (lanes,) array
-        Times reached; those fall short where a state ceased to be finite.
+        Times reached, short of the last instant where a state became non-finite.
     """
     n, count = len(m.square), len(out)
     padded = (n + BLOCK - 1) // BLOCK * BLOCK
-    # all numbers in one array, since places in it cost no counting of references
+    # everything in one array: addresses in it need no reference counting
     size_of_state = MODES + padded * MODE_STATE
     most = m.ball_cosine.shape[2] * BALL_STOP
     tables_size = len(DRIFT) * n * SWING_STOP + len(KICK) * TAKEN_STOP
@@ -201,7 +201,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                 elif reached[a] < times[stop - 1]:
                     alive &= ~(1 << a)
         while running != 0:
-            # how long the step of each lane is
+            # step length of each lane
             shorter, longer = 0, 0
             for a in range(count):
                 if running >> a & 1:
@@ -243,7 +243,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                 for end in range(2):
                     damp_axis(state, kick, dampers, at, end, 0)
                     damp_axis(state, kick, dampers, at, end, 1)
-                # forces that go by the places
+                # forces that depend on positions
                 ex, ey = x0 - load(state, RING), y0 - load(state, RING + LANES)
                 touched_0 = meet(effects, state, ends, kick, powers, 0, ex, ey, shaped_0)
                 ex, ey = x1 - load(state, RING + 2 * LANES), y1 - load(state, RING + 3 * LANES)
@@ -261,7 +261,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                         break
 
                 # contacts: forth and back, so that the step stays symmetric
-                on_path = stage in (0, 5)  # states between lie off it, and press some per cent harder
+                on_path = stage in (0, 5)  # intermediate states lie off it, with forces some per cent too high
                 struck = spread(0.0)
                 for turn in range(2):
                     rubbed = spread(0.0)
@@ -280,7 +280,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                             struck, u0, v0 = struck + gain, u0 + both * jx, v0 + both * jy
                         slow_ring(state, ends, 1, rubbed, tau, room)
 
-                # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
+                # the rotor: impulses, weight, unbalance, effects; gyroscopic coupling between their halves
                 omega = load(state, SPIN)
                 middle = omega + 0.5 * tau * slowing(effects, omega, decay, blown, room)
                 slower = tau * slowing(effects, middle, decay, blown, room)
@@ -298,7 +298,7 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                     load(kick, KICK_STOP + IMPULSE_X), load(kick, KICK_STOP + IMPULSE_Y), tau, turned, struck,
                 )  # fmt: skip
                 book(state, EXTERNAL, supplied)
-                # one plane turns the other, in turns; in the step's second half the other way round
+                # the planes are coupled alternately, in reverse order in the step's second half
                 if stage < 3:
                     turn_plane(state, MODES, modal, n, gyro, TURN_Y, X, RATE_X, TURN_X, turned, struck)
                     turn_plane(state, MODES, modal, n, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turned, -struck)
@@ -332,13 +332,13 @@ def integrate(m, y, step, times, out, first, peak):  # type: ignore[no-untyped-d
                     if reached[a] < times[stop - 1]:
                         alive &= ~(1 << a)
         begin = stop
-    space[0], ways[0] = 0.0, 0  # until here they are in use
+    space[0], ways[0] = 0.0, 0  # keeps the arrays alive until here
     return reached
 
 
 @called
 def stretch(times, begin, step, parts):  # type: ignore[no-untyped-def]
-    """Return the usual step from an instant on, and the instant from which it is another; fill its parts to each instant."""
+    """Return the usual step from an instant on, and the instant at which it changes; fill the parts to each instant."""
     usual, row = 0.0, begin
     while row < len(times):
         span = times[row] - (times[row - 1] if row > 0 else 0.0)
@@ -355,7 +355,7 @@ def stretch(times, begin, step, parts):  # type: ignore[no-untyped-def]
 
 @called
 def fill_tables(m, usual, tables):  # type: ignore[no-untyped-def]
-    """Fill the tables of drifts and of dampers for steps of the three lengths."""
+    """Fill the tables of drifts and dampers for the three step lengths."""
     n = len(m.square)
     swing, damper = np.zeros((len(DRIFT), SWING_ROWS)), np.zeros((len(KICK), DAMPER_STOP))
     i = 0
@@ -378,7 +378,7 @@ def fill_tables(m, usual, tables):  # type: ignore[no-untyped-def]
 
 @called
 def mix(tables, size, short, long, mixed):  # type: ignore[no-untyped-def]
-    """Fill the tables of lanes that take usual steps or, in the lanes of two masks, short and long ones."""
+    """Fill the lanes' tables with usual steps or, in the lanes of two masks, short and long ones."""
     for i in range(0, size, LANES):
         other = where(long, load(tables, LONG * size + i), load(tables, USUAL * size + i))
         store(mixed, i, where(short, load(tables, SHORT * size + i), other))
@@ -386,7 +386,7 @@ def mix(tables, size, short, long, mixed):  # type: ignore[no-untyped-def]
 
 @called
 def settle(state, ends, n, a, way, times, parts, stop, rows, out, reached):  # type: ignore[no-untyped-def]
-    """Write the state of a lane where it has arrived, and set it on its way; return whether there is more of that."""
+    """Write the state of a lane at each instant reached, and set its next one; return whether any is left."""
     width = state_layout.size(n)
     while way[LEFT + a] == 0:
         row = way[AHEAD + a]
@@ -403,7 +403,7 @@ def settle(state, ends, n, a, way, times, parts, stop, rows, out, reached):  # t
 
 @inlined
 def turn_on(state, ends, tau):  # type: ignore[no-untyped-def]
-    """Advance angles, cosines and sines by the spins; anew where a turn is large."""
+    """Advance angles, cosines and sines by the spins; recompute cosines and sines where a turn is large."""
     large = 0
     for k in range(3):
         turn = tau * load(state, SPIN + k * LANES)

@@ -1,7 +1,7 @@
-"""The levitated rotor before the release, in closed form: no transient, since there is nothing to integrate.
+"""Steady state of the levitated rotor before the release, in closed form, without a transient.
 
-The magnetic bearings are springs and dampers about the set-point; their steady force carries the weight.  Unbalance and
-bow make the rotor whirl at its speed, p = P exp(i theta), with x + i y = shape . p in the modes of `tdbsim.modes`.
+The magnetic bearings are springs and dampers about the set-point; their steady force carries the weight.  Unbalance and bow
+cause synchronous whirl p = P exp(i theta), with x + i y = shape . p in the modes of `tdbsim.modes`.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from tdbsim.drop_model import Array, Arrays
 from tdbsim.errors import InputError
 
 _RIGID = 2  # modes
-_KEPT = 64  # levitated rotors
+_KEPT = 64  # levitated rotors in the cache
 
 Whirl = NDArray[np.complex128]
 
 
 @dataclass(frozen=True, eq=False)
 class Levitation:
-    """What holds a rotor up at a speed: linear in set-point and unbalance, so it serves for all of these.
+    """Response of the levitated rotor at a speed; linear, so it holds for every set-point and unbalance.
 
     Attributes
     ----------
     still : (2, n) array
-        Modal displacements in x and in y at a set-point in the middle, m.
+        Static modal displacements in x and in y at a centred set-point, m.
     by_set_point : (2, n, 4) array
-        How they go with the set-point (x and y at the one end, then at the other).
+        Their derivatives by the set-point (x and y at the first end, then at the second).
     force : (2, m) array
-        The magnets' steady force in x and in y at a set-point in the middle, N.
+        Steady magnetic force in x and in y at a centred set-point, N.
     force_by_set_point : (2, m, 4) array
-        N/m.
+        Its derivatives by the set-point, N/m.
     compliance : (n, n) complex array
-        From what drives the whirl to the whirl.
+        From the excitation of the whirl to the whirl.
     """
 
     still: Array
@@ -51,8 +51,8 @@ class Levitation:
 
 
 @dataclass(frozen=True)
-class _Asked:
-    """A levitated rotor; it counts as equal to another of which everything is equal that an answer depends on."""
+class _Key:
+    """Cache key of a levitated rotor: equal for rotors equal in everything that the response depends on."""
 
     arrays: Arrays
     omega: float
@@ -62,50 +62,49 @@ class _Asked:
         return hash(self.key)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Asked) and self.key == other.key
+        return isinstance(other, _Key) and self.key == other.key
 
 
 def levitation(arrays: Arrays, omega: float) -> Levitation:
-    """Return how magnets hold a rotor at a speed in rad/s (negative: clockwise).
+    """Return the response of the levitated rotor at a speed in rad/s (negative: clockwise).
 
-    Calibration asks for one rotor again and again, since what it changes is mostly in the touchdown bearings, the set-point or
-    the unbalance: so the last ones are kept.
+    The last ones are cached: calibration mostly changes touchdown bearings, set-point or unbalance, so the same rotor recurs.
 
     Raises
     ------
     InputError
-        If the levitated rotor is not stable, there are fewer than two magnetic bearings, or all stand in one plane.
+        If the levitated rotor is unstable, there are fewer than two magnetic bearings, or all are in one plane.
     """
     springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     parts = (
         arrays.square, arrays.damping, arrays.gyro, arrays.weight, arrays.at_end, arrays.circulatory, arrays.at_magnet,
         springs, np.array(omega),
     )  # fmt: skip
-    return _levitation(_Asked(arrays, omega, b"".join(part.tobytes() for part in parts)))
+    return _levitation(_Key(arrays, omega, b"".join(part.tobytes() for part in parts)))
 
 
 @lru_cache(maxsize=_KEPT)
-def _levitation(asked: _Asked) -> Levitation:
+def _levitation(asked: _Key) -> Levitation:
     arrays, omega = asked.arrays, asked.omega
     _check_stable(arrays, omega)
     stiffness = arrays.magnet[:, MAGNET_STIFFNESS]
     parts = arrays.square, arrays.circulatory, arrays.at_end, arrays.at_magnet, arrays.weight, stiffness
-    held = _steadily(_Asked(arrays, 0.0, b"".join(part.tobytes() for part in parts)))
+    held = _static_response(_Key(arrays, 0.0, b"".join(part.tobytes() for part in parts)))
     return Levitation(*held, np.asarray(np.linalg.inv(_dynamic_stiffness(arrays, omega)), dtype=complex))
 
 
 @lru_cache(maxsize=_KEPT)
-def _steadily(asked: _Asked) -> tuple[Array, Array, Array, Array]:
-    """Return the first four of what a `Levitation` has, which are the same at all speeds."""
+def _static_response(asked: _Key) -> tuple[Array, Array, Array, Array]:
+    """Return the first four attributes of a `Levitation`, which do not depend on speed."""
     arrays = asked.arrays
     at, magnets = arrays.at_magnet, arrays.magnet
     if len(magnets) < 2 or np.linalg.det(at[:, :_RIGID].T @ at[:, :_RIGID]) < 1e-12 * np.sum(at[:, :_RIGID] ** 2) ** 2:
         raise InputError("two [[magnetic_bearing]] at different positions are needed to hold the rotor before a drop")
-    # the forces that balance weight and cross-coupling, shared by magnets in proportion to their stiffness
+    # the forces that balance weight and cross-coupling are distributed in proportion to the magnets' stiffness
     weighted = at[:, :_RIGID] * magnets[:, MAGNET_STIFFNESS, None]
     share = np.asarray(weighted @ np.linalg.inv(at[:, :_RIGID].T @ weighted), dtype=float)
     n = len(arrays.square)
-    # what is linear in (mean, static force): rigid: force balance; elastic: deflection; ends: where the shaft shall be
+    # linear in (mean, static force): equilibrium of rigid modes, deflection of elastic modes, set-points
     matrix = np.zeros((2 * n + 4, 2 * n + 4))
     elastic = np.arange(2 * n)
     matrix[elastic, elastic] = np.tile(arrays.square, 2)
@@ -121,7 +120,7 @@ def _steadily(asked: _Asked) -> tuple[Array, Array, Array, Array]:
 
 
 def _dynamic_stiffness(arrays: Arrays, omega: float) -> Whirl:
-    """Return what times the whirl P (n,) at a speed in rad/s is what drives it.
+    """Return the dynamic stiffness (n, n) at a speed in rad/s, whose product with the whirl P (n,) is its excitation.
 
     (-omega^2 (I - G) + i omega (D + D_m) + K + K_m - i C) P = omega^2 u + K b, with unbalance u and bow b (`driving`).
     """
@@ -138,16 +137,16 @@ def _on_magnets(arrays: Arrays) -> tuple[Array, Array]:
 
 
 def driving(arrays: Arrays, omega: float | Array) -> Whirl:
-    """Return what drives the whirl (..., n) at a speed in rad/s, omega^2 u + K b; of several drops along a first axis."""
+    """Return the excitation of the whirl (..., n) at a speed in rad/s, omega^2 u + K b; of several drops along a first axis."""
     unbalance, bow = (each[..., 0, :] + 1j * each[..., 1, :] for each in (arrays.unbalance, arrays.bow))
     return np.asarray(np.square(omega)[..., None] * unbalance + arrays.square * bow)
 
 
 def _check_stable(arrays: Arrays, omega: float) -> None:
-    """Raise InputError where the levitated rotor would whirl ever wider at a speed in rad/s."""
+    """Raise InputError where the levitated rotor is unstable at a speed in rad/s."""
     springs = arrays.magnet[:, [MAGNET_STIFFNESS, MAGNET_DAMPING]]
     if not arrays.circulatory.any() and springs.min(initial=0.0) >= 0.0 and arrays.damping.min() >= 0.0:
-        return  # gyroscopics do no work: without cross-coupling nothing feeds the whirl
+        return  # gyroscopic forces do no work: without cross-coupling nothing feeds the whirl
     n = len(arrays.square)
     stiffness, damping = _on_magnets(arrays)
     state = np.block(
@@ -163,7 +162,7 @@ def _check_stable(arrays: Arrays, omega: float) -> None:
 
 @compiled
 def fill_levitated(unturned, time, start, states):  # type: ignore[no-untyped-def]
-    """Fill the first states of drops, those at times before the release, with the steady whirl that leads to `start`.
+    """Fill the states of drops before the release with the steady whirl that continues into `start`.
 
     Parameters
     ----------

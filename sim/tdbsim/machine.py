@@ -1,7 +1,7 @@
-"""The machine, as its owner writes it from the drawings: one TOML file, validated, in SI.
+"""The machine file: data from the drawings as one TOML file, validated, in SI.
 
-A value is a number in SI, a text with a unit, or ``{ nominal = ..., tolerance = ... }`` where the owner does not
-know it exactly.  Unknown keys, impossible dimensions and positions outside the shaft are errors that say where and what to do.
+A value is a number in SI, a text with a unit, or ``{ nominal = ..., tolerance = ... }`` where it is not known exactly.  Unknown
+keys, impossible dimensions and positions outside the shaft are errors that say where and what to do.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ if TYPE_CHECKING:
     from tdbsim.hertz import BearingGeometry, Material
 
 STANDARD_GRAVITY = 9.80665  # m/s^2
-_PLACES = {"both": "both ends", "rotor": "the whole rotor"}  # of effects and findings, beside what a machine file names
+_PLACES = {"both": "both ends", "rotor": "the whole rotor"}  # of effects and findings, in addition to the file's names
 _ONE_PLANE = 1e-6  # m; the same position in other units may differ by rounding
 _DECIMAL_COMMA = re.compile(r"=\s*[-+]?\d+,\d")
 
 
 class Section(Part):
-    """A cylindrical shaft section; sections follow each other from the non-drive end."""
+    """A cylindrical shaft section; sections are listed from the non-drive end."""
 
     length: Length = Field(gt=0)
     outer_diameter: Length = Field(gt=0)
@@ -90,7 +90,7 @@ class Unbalance(Part):
 
 
 class Rotor(Part):
-    """The shaft with what sits on it."""
+    """The shaft with disks and unbalance."""
 
     sections: tuple[Section, ...] = Field(min_length=1)
     disks: tuple[Disk, ...] = ()
@@ -117,13 +117,13 @@ class MagneticBearing(Part):
 
 
 class Balls(Part):
-    """The balls of a touchdown bearing, as its catalogue tells them.
+    """The balls of a touchdown bearing, from its catalogue.
 
-    `count` is that of one row, `inner_conformity` and `outer_conformity` are groove radius over ball diameter.  Rows at a
-    `contact_angle` are held axially, as pairs in X and O hold each other, and share the radial load; that angle stays as it
-    is without load.  `diametral_clearance` is radial play, whatever the angle: negative where rows are preloaded.
-    Stiffness and stress follow by Hertz's theory; a `stiffness` that the file states, of the balls of all rows at an
-    azimuth against a radial displacement, takes the place of the former.
+    `count` is that of one row; `inner_conformity` and `outer_conformity` are groove radius over ball diameter.  Rows with a
+    `contact_angle` are axially located, like pairs in X or O arrangement, and share the radial load; the angle is taken as
+    independent of load.  `diametral_clearance` is radial play at any contact angle, negative for preloaded rows.  Stiffness and
+    stress follow from Hertz theory; a stated `stiffness`, of the balls of all rows at an azimuth for radial displacement,
+    replaces the former.
     """
 
     count: int = Field(ge=3)
@@ -148,16 +148,16 @@ class Balls(Part):
 
     @property
     def play(self) -> float:
-        """How far the inner ring gets from the middle without force, m: half of the clearance, nowhere where it is preloaded."""
+        """Free radial displacement of the inner ring, m: half of the clearance, zero where it is preloaded."""
         return max(self.diametral_clearance.nominal, 0.0) / 2
 
     @property
     def radial_share(self) -> float:
-        """Load of one ball along its contact over the radial load of the balls of all rows at its azimuth."""
+        """Contact load of one ball over the radial load of the balls of all rows at its azimuth."""
         return 1 / (self.rows * math.cos(self.contact_angle))
 
     def geometry(self, ball: Material | None = None, race: Material | None = None) -> BearingGeometry:
-        """Return how balls and races touch, of other materials than the file's where they are given."""
+        """Return the contact geometry, with given materials in place of the file's."""
         from tdbsim.hertz import BEARING_STEEL, SILICON_NITRIDE, BearingGeometry
 
         return BearingGeometry(
@@ -174,8 +174,8 @@ class Balls(Part):
 class TouchdownBearing(Part):
     """A touchdown bearing with its support; its `name` is the name of the machine's end.
 
-    Rotor and ring press with `contact_stiffness` times the depth to the power 10/9; another `contact_exponent` bends that
-    curve about the force at a depth of 10 um.  `friction` is the coefficient at a load of the rotor's weight; it falls with
+    The contact force of rotor and ring is `contact_stiffness` times the depth to the power 10/9; with another `contact_exponent`
+    the force at a depth of 10 um stays the same.  `friction` is the coefficient at a load of the rotor's weight; it falls with
     the load to the power `friction_load_exponent`.
     """
 
@@ -200,15 +200,15 @@ class TouchdownBearing(Part):
 
     @property
     def geometry(self) -> BearingGeometry:
-        """How balls and races touch; where the file tells of heat, of the materials that it states there."""
+        """Contact geometry of balls and races, with the materials of the heat table where there is one."""
         return self.balls.geometry() if self.heat is None else self.heat.geometry(self)
 
     @property
     def ball_stiffness(self) -> float:
-        """Radial stiffness of the balls of all rows at an azimuth, N/m^1.5: as stated, else by Hertz's theory.
+        """Radial stiffness of the balls of all rows at an azimuth, N/m^1.5: as stated, else by Hertz theory.
 
-        Pressed radially by d, a ball at the contact angle a is pressed by d cos(a) and carries K (d cos(a))^1.5, of which
-        cos(a) is radial.
+        A radial displacement d compresses a ball at contact angle a by d cos(a); it carries K (d cos(a))^1.5, of which the
+        part cos(a) is radial.
         """
         if self.balls.stated_stiffness is not None:
             return self.balls.stated_stiffness
@@ -216,9 +216,9 @@ class TouchdownBearing(Part):
 
 
 class SlowRoll(Part):
-    """What a probe reads once a revolution of a shaft that turns slowly: runout of its track, mechanical and electrical.
+    """Slow roll vector (1X) of a probe: mechanical and electrical runout of its track.
 
-    As vibration monitors show it: `phase_lag` is how far the shaft turns from the keyphasor's edge to the greatest reading.
+    As shown by vibration monitors: `phase_lag` is the rotation from the keyphasor's edge to the greatest reading.
     """
 
     peak_to_peak: Length = Field(gt=0)
@@ -226,10 +226,10 @@ class SlowRoll(Part):
 
 
 class Probe(Part):
-    """A displacement probe: positive reading when the shaft moves along its axis, `angle` from +x towards +y.
+    """A displacement probe: its reading increases when the shaft moves along its axis, at `angle` from +x towards +y.
 
-    Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.  `unit`
-    is that of the channel where the file states none that is known.
+    Records in volts need `sensitivity` (a negative one inverts); `offset` is the voltage at the bearing's centre.  `unit` is the
+    channel's unit where the record states no known one.
     """
 
     name: str
@@ -254,7 +254,7 @@ class Probe(Part):
 
 
 class SpeedSignal(Part):
-    """The channel of the speed signal; `unit` where the file states none that is known."""
+    """The channel of the speed signal; `unit` is used where the record states no known one."""
 
     channel: str
     unit: str | None = None
@@ -270,7 +270,7 @@ class SpeedSignal(Part):
 
 
 class Keyphasor(Part):
-    """The channel of one pulse a revolution, whose edge marks shaft angle `angle`; or of several, as a toothed wheel gives."""
+    """The channel of one pulse per revolution, whose edge marks shaft angle `angle`, or of several, as from a toothed wheel."""
 
     channel: str
     edge: Literal["rising", "falling"] = "rising"
@@ -279,7 +279,7 @@ class Keyphasor(Part):
 
 
 class EffectSetting(BaseModel):
-    """An effect that the machine carries: its identifier, its place, its parameters as written."""
+    """An effect of the machine: identifier, place, and parameters as written."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
@@ -385,7 +385,7 @@ class Machine(Part):
 
     @property
     def has_heat(self) -> bool:
-        """True where the file tells of heat in a touchdown bearing."""
+        """True where a touchdown bearing has a heat table."""
         return any(bearing.heat is not None for bearing in self.touchdown_bearings)
 
     def bearing(self, end: str) -> TouchdownBearing:
@@ -400,7 +400,7 @@ class Machine(Part):
         return tuple(probe for probe in self.probes if probe.end == end)
 
     def channel_names(self) -> tuple[str, ...]:
-        """Names that the [channels] table may map."""
+        """Channel names allowed in the [channels] table."""
         extra = (["speed"] if self.speed else []) + (["keyphasor"] if self.keyphasor else [])
         return (*(probe.name for probe in self.probes), *extra)
 
@@ -452,8 +452,8 @@ def load_machine(path: str | Path) -> Machine:
 
 
 def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
-    """Validate a machine given as the dictionary that its TOML file holds (see `load_machine`)."""
-    from tdbsim.stated_effects import all_effects  # which are declared in terms of the machine
+    """Validate a machine given as the dictionary of its TOML file (see `load_machine`)."""
+    from tdbsim.stated_effects import all_effects  # which import the machine
 
     try:
         machine = Machine.model_validate(data)

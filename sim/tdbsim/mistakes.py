@@ -1,4 +1,4 @@
-"""What is wrong with a machine file, in words: where, what, and the cure."""
+"""Messages about mistakes in a machine file: where, what, and the cure."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from tdbsim.errors import did_you_mean
 from tdbsim.quantity import Tolerant
 
 _TEMPLATE = "docs/machine_file.md explains every key, datasets/machines/template.toml is a file to fill in"
-_NAMED = 8  # mistakes of a file, in one message
+_NAMED = 8  # most mistakes named in one message
 
 
 def explain(error: ValidationError, data: dict[str, Any], whole: type[BaseModel]) -> str:
-    """Turn the first finding of a validation into one line: place, what, cure.
+    """Return the first finding of a validation as one line: place, mistake, cure.
 
     Parameters
     ----------
     error : ValidationError
     data : dict
-        What was validated.
+        The validated data.
     whole : type
-        The model that it is no instance of.
+        The model that it violates.
     """
     findings = error.errors()
     finding = min(findings, key=lambda f: f["type"] != "extra_forbidden")  # a misspelt key explains the missing one
@@ -49,7 +49,7 @@ def explain(error: ValidationError, data: dict[str, Any], whole: type[BaseModel]
 
 
 def _more(others: list[ErrorDetails], data: dict[str, Any]) -> str:
-    """Name what else is wrong, in a word each: a file is mended in one go."""
+    """Return the other mistakes, briefly, so that a file can be corrected in one go."""
     what = {"extra_forbidden": "unknown", "missing": "missing"}
     words = []
     for other in others:
@@ -61,7 +61,7 @@ def _more(others: list[ErrorDetails], data: dict[str, Any]) -> str:
 
 
 def _missing(places: list[tuple[int | str, ...]], data: dict[str, Any], findings: int, whole: type[BaseModel]) -> str:
-    """Name all keys that are missing, table by table; of tables that are missing what they need."""
+    """Return all missing keys, table by table; of missing tables, the keys that they need."""
     tables: dict[str, list[str]] = {}
     for loc in places:
         tables.setdefault(_place(loc, data), []).append(_missing_key(loc, whole))

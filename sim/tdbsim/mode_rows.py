@@ -1,6 +1,6 @@
-"""The rotor's modes in rows of one array, and what a drift, a push and the gyroscopics do to them.
+"""The rotor's modes in rows of one array: drift, impulses and gyroscopic coupling.
 
-Rows have a fixed length: so the compiler sees that they do not overlap, and takes eight modes at once.
+Rows have a fixed length, so the compiler knows that they do not overlap and vectorises over eight modes.
 """
 
 from __future__ import annotations
@@ -10,12 +10,12 @@ import numpy as np
 from tdbsim import state_layout
 from tdbsim.cache import in_order, inlined
 
-LANES = 8  # modes are counted up to a multiple of it; those beyond the rotor's stay zero
-ROW = 17 * LANES  # an odd multiple: rows a power of two apart would take each other's place in the processor's cache
-# displacements and velocities, which are the state
+LANES = 8  # the number of modes is padded with zeros to a multiple of it
+ROW = 17 * LANES  # an odd multiple: rows a power of two apart would evict each other from the processor's cache
+# displacements and velocities: the state
 X, Y, RATE_X, RATE_Y = range(0, 4 * ROW, ROW)
-# of a kick: what velocities have still to take of a push, impulses of effects, what one plane turns the other by; what the
-# model gives: shapes at the ends, unbalance, weight
+# of a kick: pending halves of impulses, impulses of effects, gyroscopic coupling of the planes; model constants: shapes at the
+# ends, unbalance, weight
 (
     PUSH_X, PUSH_Y, MORE_X, MORE_Y, TURN_X, TURN_Y, SHAPE_0, SHAPE_1, COSINE, SINE, WEIGHT, MODES_STOP,
 ) = range(4 * ROW, 16 * ROW, ROW)  # fmt: skip
@@ -24,7 +24,7 @@ SAME, ALONG, BACK, STAY, SWING_STOP = range(0, 5 * ROW, ROW)  # of a drift's tab
 
 @inlined
 def mode_rows(m, y):  # type: ignore[no-untyped-def]
-    """Return the rows with the model's and the state's numbers."""
+    """Return the rows filled from model and state."""
     modal = np.zeros(MODES_STOP)
     n = len(m.square)
     rates = state_layout.positions(n)
@@ -56,7 +56,7 @@ def store_modes(modal, n, out, row):  # type: ignore[no-untyped-def]
 
 @inlined
 def gyro_rows(gyro, lanes):  # type: ignore[no-untyped-def]
-    """Return (lanes / 8, 8 rows): the columns of the gyroscopic matrix, eight together."""
+    """Return the gyroscopic matrix as (lanes / 8, 8 rows), eight columns together."""
     rows = np.zeros((lanes // LANES, LANES * ROW))
     for j in range(len(gyro)):
         for k in range(len(gyro)):
@@ -66,7 +66,7 @@ def gyro_rows(gyro, lanes):  # type: ignore[no-untyped-def]
 
 @inlined
 def drift(modal, lanes, table, size, s):  # type: ignore[no-untyped-def]
-    """Advance displacements and velocities, the latter with their pushes; return x, y and their rates at both ends."""
+    """Advance displacements and velocities, pending impulses included; return x, y and their rates at both ends."""
     x0, y0, u0, v0, x1, y1, u1, v1 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(lanes):
         same, along = table[size, s, SAME + k], table[size, s, ALONG + k]
@@ -92,10 +92,10 @@ def drift(modal, lanes, table, size, s):  # type: ignore[no-untyped-def]
 
 @inlined
 def push(modal, lanes, along, across, jx0, jy0, jx1, jy1, fall, turn, struck):  # type: ignore[no-untyped-def]
-    """Give velocities half of their push and keep the other half; return the work of all but the impulses at the ends.
+    """Apply half of the impulses to the velocities and keep the other half pending; return the work of all but the end impulses.
 
-    `along`, `across` : push by the unbalance, along its cosine part and across; `jx0` ... `jy1` : impulses at the ends;
-    `fall` : how long weight acts; `turn`, `struck` : what the planes turn each other by, times velocity and times place.
+    `along`, `across` : impulse of the unbalance, along its cosine part and across; `jx0` ... `jy1` : impulses at the ends;
+    `fall` : time for which weight acts; `turn`, `struck` : factors of the gyroscopic coupling on velocity and displacement.
     """
     supplied = 0.0
     for k in range(lanes):
@@ -118,9 +118,9 @@ def push(modal, lanes, along, across, jx0, jy0, jx1, jy1, fall, turn, struck):  
 
 @in_order
 def turn_plane(modal, lanes, gyro, source, place, rate, answer, turn, struck):  # type: ignore[no-untyped-def]
-    """Let the gyroscopics turn the velocities in row `rate` by what row `source` says of the other plane.
+    """Apply the gyroscopic coupling in row `source`, from the other plane, to the velocities in row `rate`.
 
-    What these then turn the other plane by goes into row `answer`.
+    The resulting coupling back to the other plane is stored in row `answer`.
     """
     for j in range(lanes // LANES):
         i = source + LANES * j

@@ -1,8 +1,8 @@
 """Modes of the rotor: the free-free basis of simulation and the whirl modes on springs.
 
-A drop is simulated in few coordinates: rigid modes, the first free-free bending modes and, where asked for, attachment
-modes, which restore the local compliance that a point load meets and few bending modes lack (residual flexibility,
-R. H. MacNeal, Computers & Structures 1 (1971) 581; S. Rubin, AIAA Journal 13 (1975) 995).
+A drop is simulated in few coordinates: rigid modes, the first free-free bending modes and, on request, attachment modes, which
+restore the local compliance at a point load that a truncated set of bending modes lacks (residual flexibility, R. H. MacNeal,
+Computers & Structures 1 (1971) 581; S. Rubin, AIAA Journal 13 (1975) 995).
 
 Reduced equations, per plane, with mass-normalised shapes and omega in rad/s:
     a'' + damping a' + omega gyro b' + (2 pi frequencies)^2 a = at(position) F_x
@@ -34,14 +34,14 @@ class Modes:
     Attributes
     ----------
     model : RotorModel
-        What the modes belong to.
+        The rotor of the modes.
     frequencies : (n,) array
         Hz; 0 for the two rigid modes (translation, rotation about the centre of mass), then the bending modes, then
         the attachment modes.
     vectors : (2m, n) array
         Modes in the model's coordinates (v, psi) of one plane.
     bending : int
-        How many of them are bending modes.
+        Number of bending modes among them.
     """
 
     model: RotorModel
@@ -51,7 +51,7 @@ class Modes:
 
     @property
     def n(self) -> int:
-        """Number of modes a plane."""
+        """Number of modes per plane."""
         return len(self.frequencies)
 
     @property
@@ -67,7 +67,7 @@ class Modes:
 
     @cached_property
     def gyro(self) -> Array:
-        """Symmetric (n, n) matrix that, times omega in rad/s, couples the planes' velocities."""
+        """Symmetric gyroscopic matrix (n, n), which times omega in rad/s couples the planes' velocities."""
         return self.vectors.T @ self.model.plane_polar @ self.vectors
 
     @cached_property
@@ -82,7 +82,7 @@ class Modes:
 
 
 def free_free(model: RotorModel, bending_per_plane: int, attach: Sequence[float] = ()) -> Modes:
-    """Return the rigid and the first bending modes of the free rotor, with attachment modes where asked for.
+    """Return the rigid and the first bending modes of the free rotor, with attachment modes on request.
 
     Parameters
     ----------
@@ -91,14 +91,14 @@ def free_free(model: RotorModel, bending_per_plane: int, attach: Sequence[float]
     bending_per_plane : int
         Number of bending modes kept in each plane.
     attach : sequence of float
-        Axial positions, m, where loads act: each adds one mode, so that the static compliance there is exact.  The
-        attachment modes are what the discarded modes deflect under these loads, diagonalised among themselves; their
-        frequencies are not natural frequencies of the rotor, only of the reduced model.
+        Axial positions of loads, m: each adds one mode, so that the static compliance there is exact.  Attachment modes are the
+        static deflections of the discarded modes under these loads, diagonalised among themselves; their frequencies are natural
+        frequencies of the reduced model only.
 
     Raises
     ------
     InputError
-        If there are fewer modes in the model than asked for, or two positions of `attach` are the same.
+        If the model has fewer modes than requested, or two positions of `attach` coincide.
     """
     elastic = len(model.plane_mass) - _RIGID
     if not 0 <= bending_per_plane <= elastic - len(attach):
@@ -149,18 +149,18 @@ class Spring:
 
 @dataclass(frozen=True, eq=False)
 class SupportedModes:
-    """Whirl modes of the turning rotor on springs, by rising frequency.
+    """Whirl modes of the rotating rotor on springs, by ascending frequency.
 
     Attributes
     ----------
     speed_hz : float
         Speed.
     frequencies : (n,) array
-        Damped natural frequencies, Hz: what a record shows.
+        Damped natural frequencies, Hz, as seen in a record.
     damping_ratio : (n,) array
         Negative where unstable.
     whirl : (n,) array
-        Sense of the orbits, weighed with the mass: +1 circular forward, -1 circular backward, 0 straight lines.
+        Sense of the orbits, weighted by mass: +1 circular forward, -1 circular backward, 0 straight lines.
     modes : Modes
         The basis of the amplitudes.
     amplitude_x, amplitude_y : (n_basis, n) complex arrays
@@ -207,7 +207,7 @@ def supported(
     n : int
         Number of modes (a forward and a backward one count as two).
     damping : mapping, optional
-        End to N s/m of the supports; the rotor's modal damping is always there.
+        End to N s/m of the supports; the rotor's modal damping always acts.
 
     Raises
     ------
@@ -233,7 +233,7 @@ def _springs(
 
 
 def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 0.0, n: int = 6) -> SupportedModes:
-    """Return the first n whirl modes on springs anywhere; a negative speed turns clockwise.
+    """Return the first n whirl modes on springs at any positions; a negative speed is clockwise.
 
     The eigenproblem is solved in n + 10 free-free modes plus the attachment modes of the springs (relative error of the
     frequencies 1e-6 to 2e-5, up to pinned ends).
@@ -254,7 +254,7 @@ def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 
         damping += spring.damping * np.outer(shape, shape)
     size = basis.n
     if all(spring.stiffness_x == spring.stiffness_y for spring in springs):
-        # round supports: with p = x + i y the planes part into p'' + (D - i omega P) p' + K p = 0
+        # isotropic supports: with p = x + i y the planes combine into p'' + (D - i omega P) p' + K p = 0
         values, vectors = _state_modes(stiffness_x, damping - 1j * omega * basis.gyro)
         backward = values.imag < 0
         first = np.where(backward, vectors.conj(), vectors)

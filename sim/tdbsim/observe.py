@@ -1,4 +1,4 @@
-"""Forces and energies of states, for what no probe sees."""
+"""Forces and energies of states, which no probe measures."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ _WEIGHTS = _WEIGHTS / 2
 
 @dataclass(frozen=True, eq=False)
 class Observed:
-    """Forces (2, `FORCES`, k), N, m/s and m, loads of a ball (2, balls, k), N, and energies (`ENERGIES`, k), J, of k states.
+    """Forces (2, `FORCES`, k), N, m/s and m, ball loads (2, balls, k), N, and energies (`ENERGIES`, k), J, of k states.
 
-    A load is that of one ball along its contact, of each row alike.
+    A ball load is that of one ball along its contact, the same in each row.
     """
 
     forces: NDArray[np.float64]
@@ -53,7 +53,7 @@ class Observed:
 
 
 def observed(trajectory: Trajectory) -> Observed:
-    """Return what no probe sees of a trajectory; where heat moved gap and clearance, with those that acted."""
+    """Return forces and energies of a trajectory, with the gaps and clearances that heat had changed."""
     arrays, states, warmth = trajectory.model.arrays, trajectory.state, trajectory.warmth
     count = len(states)
     forces = np.zeros((2, len(FORCES), count))
@@ -69,7 +69,7 @@ def observed(trajectory: Trajectory) -> Observed:
 
 @compiled
 def observe_stretches(m, borders, columns, states, forces, loads, energies):  # type: ignore[no-untyped-def]
-    """Do as `observe` where the columns of both ends (s, 2, columns) act one after the other, between samples (s + 1,)."""
+    """Do as `observe` with columns of both ends (s, 2, columns) that change at samples (s + 1,)."""
     for i in range(len(columns)):
         m.end[:] = columns[i]
         a, b = borders[i], borders[i + 1]
@@ -80,8 +80,8 @@ def observe_stretches(m, borders, columns, states, forces, loads, energies):  # 
 def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
     """Fill forces (2, 6, k), radial ball loads (2, b, k) and energies (5, k) of the states (k, size).
 
-    Energies in J: of the lateral motion of rotor, rings and supports; of the rotor's spin; of the rings' spin; of all springs;
-    of the weight.
+    Energies, J: kinetic of the lateral motion of rotor, rings and supports, of the rotor's spin, of the rings' spin; elastic of
+    all springs; potential of the weight.
     """
     n = len(m.square)
     nq = state_layout.positions(n)
@@ -137,7 +137,7 @@ def observe(m, states, forces, loads, energies):  # type: ignore[no-untyped-def]
                     elastic_sum += 0.4 * loads[end, b, t] * press
             sx = y[i + 2] - y[i + 4]
             sy = y[i + 3] - y[i + 5]
-            for p in range(len(_NODES)):  # the work against the spring along the straight way to where it is
+            for p in range(len(_NODES)):  # the work against the spring along the straight line to its position
                 gx, gy = spring_force(m.end, m.effect, end, _NODES[p] * sx, _NODES[p] * sy)
                 elastic_sum -= _WEIGHTS[p] * (gx * sx + gy * sy)
             if row[FOUNDATION_MOBILITY] > 0.0:

@@ -1,4 +1,4 @@
-"""Values of a machine's file that no machine has: mostly a unit that is wrong by a power of ten."""
+"""Plausibility checks of a machine file: impossible values are mostly units wrong by a power of ten."""
 
 from __future__ import annotations
 
@@ -12,27 +12,27 @@ if TYPE_CHECKING:
     from tdbsim.machine import Machine, MagneticBearing, Rotor, Tolerant, TouchdownBearing
 
 _STRONGEST_GRAVITY = 25.0  # m/s^2; a centrifuge holds no magnetic bearing
-# m/s^2 across the shaft: one that stands upright to some 6 deg does not fall onto its touchdown bearings
+# m/s^2 across the shaft: one within some 6 deg of vertical does not fall onto its touchdown bearings
 _LEAST_GRAVITY = 1.0
 _MAINS = 16.0, 400.0  # Hz: railways to aircraft
-_SMALLEST_JOURNAL = 0.2  # of the pitch radius: thicker is no sleeve in the inner ring
-_LEAST_FILLED = 0.2  # of the pitch circle by balls
-# times; what turns with the ring may lie so far inside of the journal's radius or outside of the balls'
+_SMALLEST_JOURNAL = 0.2  # of the pitch radius: no sleeve in the inner ring is thicker
+_LEAST_FILLED = 0.2  # of the pitch circle, filled with balls
+# factor by which the ring's radius of gyration may be below the journal's radius or above the pitch radius
 _RING_WIDTH = 2.0
 _THINNEST, _THICKEST = 1e-3, 5.0  # m: from a dental spindle to the largest generators
 _LONGEST = 30.0  # m, of one section
 _FASTEST_STOP = 1e-3  # s
-_FLAT = 0.99  # for what drawings round: of a thin disc the polar inertia is twice the diametral one, and of none more
-_LOWEST_BALL = 4.37  # times the load over the number of balls is on the lowest one, without clearance (R. Stribeck)
+_FLAT = 0.99  # allows for rounding in drawings: the polar inertia is at most twice the diametral one, as of a thin disc
+_LOWEST_BALL = 4.37  # load of the lowest ball over the mean load per ball, without clearance (R. Stribeck)
 
 
 def check_plausible(machine: Machine) -> None:
-    """Check the values of a machine against each other and against what materials and bearings are.
+    """Check the values of a machine against each other and against the ranges of real materials and bearings.
 
     Raises
     ------
     InputError
-        Which value cannot be right, with its unit.
+        With the value that cannot be right, and its unit.
     """
     if machine.gravity > _STRONGEST_GRAVITY:
         raise InputError(f"gravity {machine.gravity:g} m/s^2 is none on earth (9.81 m/s^2); check its unit")
@@ -68,7 +68,7 @@ def check_plausible(machine: Machine) -> None:
 
 
 def _check_rotor(rotor: Rotor) -> None:
-    """Refuse a material that no shaft is made of: carbon fibre has 1600 kg/m^3, tungsten 19 300 kg/m^3 and 410 GPa."""
+    """Refuse impossible shaft materials: the extremes are carbon fibre, 1600 kg/m^3, and tungsten, 19 300 kg/m^3 and 410 GPa."""
     for name, value, unit, low, high in (
         ("elastic_modulus", rotor.elastic_modulus, "Pa", 1e9, 1e12),
         ("density", rotor.density, "kg/m^3", 1e3, 2.5e4),
@@ -95,7 +95,7 @@ def _check_rotor(rotor: Rotor) -> None:
 
 
 def _check_disks(rotor: Rotor) -> None:
-    """Refuse inertias that no body of that mass on that shaft has."""
+    """Refuse inertias impossible for a body of that mass on that shaft."""
     for disk in rotor.disks:
         polar, diametral = disk.polar_inertia, disk.diametral_inertia
         if polar * _FLAT > 2 * diametral:
@@ -140,7 +140,7 @@ def _check_gap(bearing: TouchdownBearing, where: str) -> None:
 
 
 def _check_ring(bearing: TouchdownBearing, where: str) -> None:
-    """Refuse an inner ring that does not stand between journal and balls, or whose inertia is none of a ring there."""
+    """Refuse an inner ring that is not between journal and balls, or whose inertia does not fit there."""
     balls, radius = bearing.balls, bearing.journal_radius
     pitch_radius = balls.pitch_diameter / 2
     if not _SMALLEST_JOURNAL * pitch_radius < radius < pitch_radius:
@@ -183,7 +183,7 @@ def _check_signs(bearing: TouchdownBearing, where: str) -> None:
 
 
 def _check_travel(machine: Machine, bearing: TouchdownBearing, where: str) -> None:
-    """Refuse what half of the weight presses by more than the air gap: the rotor would lie on its seals."""
+    """Refuse stiffnesses that yield by more than the air gap under half of the weight: the rotor would rest on its seals."""
     load, gap, balls = 0.5 * machine.gravity * _mass(machine.rotor), bearing.radial_gap.nominal, bearing.balls
     support, contact, stated = bearing.support_stiffness.nominal, bearing.contact_stiffness, balls.stated_stiffness
     yielding = [

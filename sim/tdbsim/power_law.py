@@ -1,6 +1,6 @@
-"""How stiff rotor and ring are to each other: force K depth^(10/9), or another exponent through the same force at 10 um.
+"""Power law of the contact of rotor and ring: force K depth^(10/9), or another exponent with the same force at 10 um.
 
-The exponent 10/9 is that of two cylinders in line contact; ends and misalignment raise it (a point contact has 3/2).
+The exponent 10/9 is that of two cylinders in line contact; edges and misalignment raise it (3/2 in a point contact).
 """
 
 from __future__ import annotations

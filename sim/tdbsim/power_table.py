@@ -1,7 +1,7 @@
-"""A power of fixed exponent by a table: in a kick all else waits for it, and on logarithm and exponential twice as long.
+"""A power of fixed exponent by a table: it is on the critical path of a kick, and logarithm and exponential take twice as long.
 
-A number x = 2^e c (1 + r), with c the middle of one of 32 pieces between 1 and 2, has x^p = 2^(e p) c^p (1 + r)^p; the first
-two come from the table, the third is a short series since |r| < 1/64.
+For x = 2^e c (1 + r), with c the midpoint of one of 32 intervals between 1 and 2, x^p = 2^(e p) c^p (1 + r)^p; the first two
+factors come from the table, the third from a short series since |r| < 1/64.
 """
 
 from __future__ import annotations
@@ -11,8 +11,8 @@ import numpy as np
 from tdbsim.cache import inlined
 
 MANTISSA = 52  # bits
-ONE = 1023  # exponent's bits of 1.0
-LOWEST = -64  # exponents; numbers beyond them are no depths, and their powers wrong
+ONE = 1023  # biased exponent of 1.0
+LOWEST = -64  # least exponent in the table; smaller numbers do not occur as depths, and their powers are wrong
 SPAN = 64
 PIECE_BITS = 5
 PIECES = 1 << PIECE_BITS
@@ -36,7 +36,7 @@ def power_table(exponent):  # type: ignore[no-untyped-def]
 
 @inlined
 def power(x, tables, which):  # type: ignore[no-untyped-def]
-    """Return x^exponent to rounding, x positive, by one of several tables."""
+    """Return x^exponent to rounding, with x positive, by the table `which` of several."""
     bits = np.float64(x).view(np.int64)
     e = min(max((bits >> MANTISSA) - (ONE + LOWEST), 0), SPAN - 1)
     piece = (bits >> (MANTISSA - PIECE_BITS)) & (PIECES - 1)

@@ -12,7 +12,7 @@ from tdbsim.units import is_bare, to_si
 
 
 class Tolerant(BaseModel):
-    """A value that its owner knows within limits (SI); calibration moves it within them."""
+    """A value with a tolerance (SI), within which calibration fits it."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -27,7 +27,7 @@ class Tolerant(BaseModel):
 
 
 def _si(value: Any, si: str) -> float:
-    """Return a value in SI; a bare angle of more than a turn is one in degrees whose unit was forgotten."""
+    """Return a value in SI; refuse a bare angle of more than a turn, which is one in degrees without its unit."""
     number = to_si(value, si)
     if si == "rad" and is_bare(value) and abs(number) > 2 * math.pi:
         raise InputError(
@@ -37,7 +37,7 @@ def _si(value: Any, si: str) -> float:
 
 
 def quantity(si: str) -> BeforeValidator:
-    """Return what reads an exact value in an SI unit."""
+    """Return the validator of an exact value in an SI unit."""
 
     def parse(value: Any) -> float:
         if isinstance(value, dict):
@@ -105,6 +105,6 @@ TolerantContactDamping = Annotated[Tolerant, _tolerant("s/m")]
 
 
 class Part(BaseModel):
-    """A table of a machine's file: no key that is not known, nothing that is not finite."""
+    """A table of a machine file, without unknown keys or non-finite values."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)

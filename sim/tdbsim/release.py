@@ -1,4 +1,4 @@
-"""Drops of one rotor at their release: where all bodies are and how fast they move, of one drop or of several at once."""
+"""State at the release: positions and velocities of all bodies, for one drop or several drops of one rotor at once."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ if TYPE_CHECKING:
     from tdbsim.simulate import DropPlan
 
 OF_THE_ROTOR = ("square", "damping", "gyro", "at_end", "weight")
-_PLACES = 72  # of a levitated orbit at which a bore that is not round is met
-_FASTEST_SURFACE = 1000.0  # m/s: twice what the strongest shafts run at
+_PLACES = 72  # points of a levitated orbit at which its distance to a bore that is not round is evaluated
+_FASTEST_SURFACE = 1000.0  # m/s: twice the surface speed of the strongest shafts
 
 
 def side_by_side(models: Sequence[DropModel]) -> Arrays:
-    """Return the arrays of models of one rotor: of the first what is the rotor's, of all the others, along a first axis."""
+    """Return the arrays of models of one rotor: the rotor's from the first model, the others stacked along a first axis."""
     first = models[0].arrays
     return Arrays(
         *(
@@ -50,14 +50,14 @@ def side_by_side(models: Sequence[DropModel]) -> Arrays:
 
 
 def alone(model: DropModel) -> Arrays:
-    """Return the arrays of a model as `side_by_side` has those of one, without copies."""
+    """Return `side_by_side` of a single model, without copies."""
     return Arrays(
         *(each if name in OF_THE_ROTOR else each[None] for name, each in zip(Arrays._fields, model.arrays, strict=True))
     )
 
 
 def chosen(arrays: Arrays, drops: int | Sequence[int]) -> Arrays:
-    """Return the arrays of one of several drops, as a model has them, or of some of them."""
+    """Return the arrays of one of several drops, in the form of a model, or of some of them."""
     return Arrays(
         *(each if name in OF_THE_ROTOR else each[drops] for name, each in zip(Arrays._fields, arrays, strict=True))
     )
@@ -66,12 +66,12 @@ def chosen(arrays: Arrays, drops: int | Sequence[int]) -> Arrays:
 def begin(
     arrays: Arrays, models: Sequence[DropModel], plans: Sequence[DropPlan]
 ) -> tuple[Array, Whirl, list[InputError | None]]:
-    """Return the states (drops, size) at the release, the whirl (drops, n) before it, and why a drop cannot be.
+    """Return the states (drops, size) at the release, the whirl (drops, n) before it, and the fault of each impossible drop.
 
     Parameters
     ----------
     arrays : Arrays
-        Of the drops, `side_by_side`; their angles and magnetic forces are set to the plans'.
+        Of the drops, from `side_by_side`; angles and magnetic forces are set according to the plans.
     models : sequence of DropModel
     plans : sequence of DropPlan
 
@@ -79,13 +79,13 @@ def begin(
     -------
     start : (drops, size) array
     whirl : (drops, n) complex array
-        Of the levitated rotor in its modes, with the shaft's angle at zero: x + i y = whirl exp(i angle), m.
+        Of the levitated rotor, in modal coordinates at shaft angle zero: x + i y = whirl exp(i angle), m.
     faults : list of InputError or None
     """
     for column, angles in ((CAGE_ANGLE, "cage_angle"), (RING_ANGLE, "ring_angle")):
         arrays.end[:, :, column] = [getattr(plan, angles) for plan in plans]
     omega = np.array([m.machine.sense * 2 * math.pi * plan.speed for m, plan in zip(models, plans, strict=True)])
-    held, which, faults = _held(arrays, models, plans, omega)
+    held, which, faults = _levitations(arrays, models, plans, omega)
     n, count = models[0].n, len(models)
     start, whirl = np.zeros((count, state_layout.size(n))), np.zeros((count, n), dtype=complex)
     if not held:
@@ -103,10 +103,10 @@ def begin(
     return start, whirl, faults
 
 
-def _held(
+def _levitations(
     arrays: Arrays, models: Sequence[DropModel], plans: Sequence[DropPlan], omega: Array
 ) -> tuple[tuple[Array, ...], NDArray[np.intp], list[InputError | None]]:
-    """Return how magnets hold the rotors, what `Levitation` has along a first axis, which of them each drop has, and faults."""
+    """Return the `Levitation` attributes of distinct rotors, stacked along a first axis, the index of each drop's, and faults."""
     faults: list[InputError | None] = [None] * len(models)
     which = np.zeros(len(models), dtype=np.intp)
     known: dict[Levitation, int] = {}
@@ -126,7 +126,7 @@ def _held(
 def _fault(
     name: str, said: Sequence[float], arrays: Arrays, drop: int, end: int, state: Array, whirl: Whirl
 ) -> InputError | None:
-    """Return why an end of a drop, by its number among several, cannot be as a plan has it."""
+    """Return the error if the release state of a drop (index `drop`) is impossible at an end, else None."""
     found, offset, orbit = said
     if not found:
         return InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
@@ -147,7 +147,7 @@ def _fault(
 
 @compiled
 def _nearest(m, end, state, whirl):  # type: ignore[no-untyped-def]
-    """Return the greatest depth, m, of a levitated orbit in a bore that is not round, and the gap there, m.
+    """Return the greatest depth of a levitated orbit in a bore that is not round, m, and the gap there, m.
 
     Parameters
     ----------
@@ -156,7 +156,7 @@ def _nearest(m, end, state, whirl):  # type: ignore[no-untyped-def]
     state : (size,) array
         At the release.
     whirl : (n,) complex array
-        With the shaft's angle at zero.
+        At shaft angle zero.
     """
     n = len(whirl)
     body, angle = state_layout.bodies(n, end), state[state_layout.shaft_angle(n)]
@@ -178,7 +178,7 @@ def _nearest(m, end, state, whirl):  # type: ignore[no-untyped-def]
 
 
 def check_speed(machine: Machine, plan: DropPlan) -> None:
-    """Raise InputError for a speed at which no steel shaft holds together: it is in another unit."""
+    """Raise InputError for a speed that no steel shaft withstands: its unit is wrong."""
     radius = max(section.outer_diameter for section in machine.rotor.sections) / 2
     surface = 2 * math.pi * plan.speed * radius
     if surface > _FASTEST_SURFACE:
@@ -190,29 +190,29 @@ def check_speed(machine: Machine, plan: DropPlan) -> None:
 
 @compiled
 def _fill(m, held, which, drives, omega, angle, set_point, velocity, start, whirl, said):  # type: ignore[no-untyped-def]
-    """Fill the states at the release, and set the magnets' force: the steady one, and what they exert on the whirl then.
+    """Fill the states at the release, and set the magnetic force there: the steady part and that by the whirl.
 
     Parameters
     ----------
     m : Arrays
         Of the drops.
     held : tuple of array
-        What `Levitation` has, of several rotors.
+        Attributes of `Levitation`, of several rotors.
     which : (drops,) array of int
-        The rotor of each drop.
+        Index of each drop's rotor.
     drives : (drops, n) complex array
-        What drives the whirl.
+        Excitation of the whirl.
     omega, angle : (drops,) arrays
         Of the shaft, rad/s and rad.
     set_point, velocity : (drops, 2, 2) arrays
-        Of each end (x, y): the mean position, m, and what the velocity has beyond the whirl, m/s.
+        Of each end (x, y): the mean position, m, and the velocity in excess of the whirl's, m/s.
     start : (drops, size) array
-        Filled; zeros before.
+        Zeros, to be filled.
     whirl : (drops, n) complex array
         Filled.
     said : (drops, 2, 3) array
-        Filled for each end: whether its rings find a place of rest, how far the shaft is off the inner ring's centre, m, and
-        the radius of its orbit, m.
+        Filled for each end: whether a rest position of its rings was found, distance of the shaft from the inner ring's centre,
+        m, and radius of its orbit, m.
     """
     n = len(m.square)
     rates, turning, ring = state_layout.positions(n), state_layout.shaft_angle(n), state_layout.ring_angle(n, 0)
@@ -246,7 +246,7 @@ def _fill(m, held, which, drives, omega, angle, set_point, velocity, start, whir
             y[i] += x
             y[n + i] += z
             y[rates + i], y[rates + n + i] = -speed * z, speed * x
-        # the rigid modes move the ends as wanted
+        # the rigid modes give the ends the wanted velocity
         determinant = at[0, 0] * at[1, 1] - at[0, 1] * at[1, 0]
         for axis in range(2):
             first, second, place = velocity[k, 0, axis], velocity[k, 1, axis], rates + axis * n

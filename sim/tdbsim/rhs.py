@@ -1,4 +1,4 @@
-"""The equations of a drop after the release: all forces, put together; `tdbsim.state_layout` says what the state is."""
+"""Equations of motion of a drop after the release, with all forces; for the state see `tdbsim.state_layout`."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ REGULAR_SPIN = 1.0  # rad/s; the drag of an inner ring is proportional to its sp
 
 @inlined
 def touching(columns, effect, end, ex, ey, ring_angle, heat):  # type: ignore[no-untyped-def]
-    """Return normal (x, y), depth and its derivative by the ring's angle, of the rotor off by (ex, ey) in the ring."""
+    """Return normal (x, y), depth and its derivative by the ring's angle, of the rotor displaced by (ex, ey) in the ring."""
     if columns[end, SHAPE_REACH] > 0.0:
         turned = ring_angle - columns[end, RING_ANGLE]
         return touch_shaped(ex, ey, columns[end, GAP], turned, heat, effect[end])
@@ -76,7 +76,7 @@ def touching(columns, effect, end, ex, ey, ring_angle, heat):  # type: ignore[no
 
 @inlined
 def balls_on_ring(m, end, ex, ey, ring_angle):  # type: ignore[no-untyped-def]
-    """Return the force (x, y) of the balls on the inner ring, off by (ex, ey) in the outer ring, N."""
+    """Return the force (x, y) of the balls on the inner ring, displaced by (ex, ey) relative to the outer ring, N."""
     row = m.end[end]
     cage = cage_angle(row, ring_angle)
     count = int(row[BALL_COUNT])
@@ -93,9 +93,9 @@ def balls_on_ring(m, end, ex, ey, ring_angle):  # type: ignore[no-untyped-def]
 
 @inlined
 def contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, ring_speed):  # type: ignore[no-untyped-def]
-    """Return force on the rotor (x, y), normal force, friction, slip; (vx, vy) is the rotor's velocity over the ring's.
+    """Return force on the rotor (x, y), normal force, friction and slip; (vx, vy) is its velocity relative to the ring.
 
-    Friction counts positive counter-clockwise on the rotor, along (-ny, nx).
+    Friction is positive counter-clockwise on the rotor, along (-ny, nx).
     """
     row = m.end[end]
     approach = vx * nx + vy * ny + swing * ring_speed
@@ -109,13 +109,13 @@ def contact_forces(m, end, nx, ny, elastic, swing, vx, vy, omega, ring_speed):  
 
 @inlined
 def _ring_drag_torque(row, ring_speed):  # type: ignore[no-untyped-def]
-    """Return the drag on an inner ring, against its speed, N m."""
+    """Return the drag torque on an inner ring, N m, opposite to its speed."""
     return -row[RING_DRAG] * ring_speed / math.sqrt(ring_speed * ring_speed + REGULAR_SPIN * REGULAR_SPIN)
 
 
 @inlined
 def windage_acceleration(spin, effect, omega):  # type: ignore[no-untyped-def]
-    """Return the rotor's angular acceleration by windage, rad/s^2: -omega/tau, and what an effect adds."""
+    """Return the rotor's angular acceleration by drag, rad/s^2: -omega/tau plus that of effects."""
     result = -spin[DECAY_RATE] * omega
     if spin[HAS_WINDAGE] > 0.0:
         result += hooks.windage(omega, effect[ROTOR_ROW])
@@ -124,7 +124,7 @@ def windage_acceleration(spin, effect, omega):  # type: ignore[no-untyped-def]
 
 @compiled
 def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
-    """Fill `dy` with the rate of the state `y` at `t` s after the release."""
+    """Fill `dy` with the derivative of the state `y` at `t` s after the release."""
     n = len(m.square)
     nq = state_layout.positions(n)
     ledger = state_layout.work(n)
@@ -184,7 +184,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
         ex = y[i] - y[i + 2]
         ey = y[i + 1] - y[i + 3]
         bx, by = balls_on_ring(m, end, ex, ey, y[j])
-        external += (ex * by - ey * bx) * row[CAGE_RATIO] * ring_speed  # the cage turns loaded balls along
+        external += (ex * by - ey * bx) * row[CAGE_RATIO] * ring_speed  # the cage carries loaded balls along
         dx = row[BALL_DAMPING] * (support_vx - ring_vx)
         dz = row[BALL_DAMPING] * (support_vy - ring_vy)
         sx, sy = spring_force(m.end, m.effect, end, y[i + 2] - y[i + 4], y[i + 3] - y[i + 5])
@@ -213,7 +213,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
             dy[nq + k] += shape * fx
             dy[nq + n + k] += shape * fy
 
-    # spin; the torque of windage follows the shaft as it tilts, that of the contacts does not
+    # spin; the torque of windage follows the tilted shaft, that of the contacts does not
     struck = torque / m.spin[INERTIA]
     windage = windage_acceleration(m.spin, m.effect, omega)
     alpha = struck + windage
@@ -255,7 +255,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
 
 @inlined
 def _add_magnets(m, share, y, dy):  # type: ignore[no-untyped-def]
-    """Add a share of the force at the release of the magnetic bearings to the rates `dy`; return its power, W."""
+    """Add a share of the magnetic force at the release to the derivative `dy`; return its power, W."""
     n = len(m.square)
     nq = state_layout.positions(n)
     power = 0.0

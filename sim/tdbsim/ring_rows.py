@@ -1,6 +1,6 @@
-"""Inner rings, outer rings and foundations of both ends in rows of one array, and what springs and dampers do to them.
+"""Inner rings, outer rings and foundations of both ends in rows of one array, with their springs and dampers.
 
-The axes of a row are x and y of the one end, x and y of the other, and as many that stay zero: eight are taken at once.
+A row holds x and y of the first end, x and y of the second, and zeros up to a vector of eight.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from tdbsim.columns import (
 from tdbsim.mode_rows import LANES
 from tdbsim.state_layout import ROLLED, YIELDED
 
-# places, velocities, work done on the dampers; these are the state
+# positions, velocities, work done on the dampers: the state
 (
     RING, OUTER, BASE, RING_RATE, OUTER_RATE, BASE_RATE, ROLLING, YIELDING, RING_STATE,
 ) = range(0, 9 * LANES, LANES)  # fmt: skip
-# forces and impulses of a kick, velocities of ring over outer ring and of that over foundation in it; what the machine gives
+# of a kick: forces and impulses, velocities of inner relative to outer ring and of that relative to foundation; constants
 (
     BALL_FORCE, SPRING_FORCE, IMPULSE, ROLL, YIELD, RING_LIGHT, OUTER_LIGHT, BASE_LIGHT, BASE_STIFFNESS, ROLL_DAMPING,
     YIELD_DAMPING, BASE_DAMPING, FALL, RING_STOP,
@@ -38,7 +38,7 @@ TAKEN_RING, TAKEN_OUTER, TAKEN_SUPPORT, TAKEN_FROM_BASE, TAKEN_BASE, DAMPER_STOP
 
 @inlined
 def ring_rows(m, y):  # type: ignore[no-untyped-def]
-    """Return the rows with the model's and the state's numbers."""
+    """Return the rows filled from model and state."""
     n = len(m.square)
     rates, ledger = state_layout.positions(n), state_layout.work(n)
     rows = np.zeros(RING_STOP)
@@ -70,7 +70,7 @@ def copy_rings(rows, copy):  # type: ignore[no-untyped-def]
 def store_rings(rows, n, out, row):  # type: ignore[no-untyped-def]
     """Write the state into a row of `out`, in the order of `tdbsim.state_layout`.
 
-    The work of both axes goes on in one of them, so that all is the same where another call goes on from here.
+    The work of both axes is summed into one of them, so that a call that continues from here gives identical results.
     """
     rates, ledger = state_layout.positions(n), state_layout.work(n)
     for end in range(2):
@@ -90,7 +90,7 @@ def store_rings(rows, n, out, row):  # type: ignore[no-untyped-def]
 
 @called
 def damper_table(m, h, kicks, table):  # type: ignore[no-untyped-def]
-    """Fill (kicks, rows): parts of the relative velocities that the dampers take in half of each kick."""
+    """Fill the table (kicks, rows): relative velocity removed by the dampers in half of each kick."""
     for s in range(len(kicks)):
         t = 0.5 * kicks[s] * h
         for lane in range(4):
@@ -119,7 +119,7 @@ def damp(ring, outer, base, a, b, c, d, e):  # type: ignore[no-untyped-def]
 
 @inlined
 def move_rings(rows, axes, tau):  # type: ignore[no-untyped-def]
-    """Advance the places."""
+    """Advance the positions."""
     for a in range(axes):
         rows[RING + a] += tau * rows[RING_RATE + a]
         rows[OUTER + a] += tau * rows[OUTER_RATE + a]
@@ -128,7 +128,7 @@ def move_rings(rows, axes, tau):  # type: ignore[no-untyped-def]
 
 @inlined
 def damp_rings(rows, axes, table, size, s):  # type: ignore[no-untyped-def]
-    """Let the dampers act for the kick's first half; no forces, no impulses yet."""
+    """Apply the dampers for the kick's first half, before forces and impulses."""
     for a in range(axes):
         ring, outer, base = damp(
             rows[RING_RATE + a], rows[OUTER_RATE + a], rows[BASE_RATE + a],
@@ -142,7 +142,7 @@ def damp_rings(rows, axes, table, size, s):  # type: ignore[no-untyped-def]
 
 @inlined
 def push_rings(rows, axes, table, size, s, tau):  # type: ignore[no-untyped-def]
-    """Let forces and impulses act for the whole kick and the dampers for its second half; book the dampers' work."""
+    """Apply forces and impulses for the whole kick, and the dampers for its second half; book the dampers' work."""
     for a in range(axes):
         ball, spring = rows[BALL_FORCE + a], rows[SPRING_FORCE + a]
         ring = rows[RING_RATE + a] + (tau * ball - rows[IMPULSE + a]) * rows[RING_LIGHT + a] - tau * rows[FALL + a]

@@ -1,4 +1,4 @@
-"""The rotor as a finite element model: Timoshenko beams with gyroscopics, wheels as point inertias.
+"""Finite element model of the rotor: Timoshenko beams with gyroscopic effects, wheels as point inertias.
 
 Coordinates
     Axes of the machine: x right, y up, z along the shaft from the non-drive end; right-handed, so that a positive speed
@@ -6,14 +6,14 @@ Coordinates
     cross-section about +x and +y.  Without shear dx/dz = theta_y and dy/dz = -theta_x.
 
 One plane
-    The rotor is round, so both planes share their matrices.  They are kept for one plane, with (v, psi) per node: the
+    The rotor is axisymmetric, so both planes have the same matrices.  They are stored for one plane, with (v, psi) per node: the
     deflection and the rotation of the cross-section in the sense of dv/dz.  v = x, psi = theta_y in the x-z plane and
     v = y, psi = -theta_x in the y-z plane.
 
 Equation of motion of both planes, with omega in rad/s:  M q'' + omega G q' + (K + omega' G_c) q = F.  The rate of the spin's
-angular momentum omega I_p (theta_y, -theta_x, 1) has the part omega' I_p (theta_y, -theta_x), so G_c = G where the torque that
-changes the speed keeps to the fixed z axis.  A torque that follows the tilted shaft, as windage does, brings the same moment
-with it, and then G_c = 0.
+angular momentum omega I_p (theta_y, -theta_x, 1) includes omega' I_p (theta_y, -theta_x), so G_c = G where the torque that
+changes the speed acts about the fixed z axis.  A torque that follows the tilted shaft, such as windage, has that moment as a
+component itself, and then G_c = 0.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ from tdbsim.timoshenko import element_matrices, shape_functions, shear_coefficie
 
 Array = NDArray[np.float64]
 
-# Greatest element for the first four bending modes within 0.1 %.  A slender shaft converges with the fourth power of
-# the length.  In a stubby one the shear force changes along the element, which the element does not know: there the
-# error falls with the square, and in proportion to length^2 diameter^2 / shaft^4.
+# Greatest element length for the first four bending modes within 0.1 %.  In a slender shaft the error falls with the fourth
+# power of the element length.  In a stubby one the shear force varies along the element, which the element neglects: there the
+# error falls with the square, in proportion to length^2 diameter^2 / shaft^4.
 _SLENDER = 1 / 30  # of the shaft's length
 _STUBBY = 0.0022  # of the shaft's length squared over the diameter
 _FINEST = 1 / 80  # of the shaft's length
-_SAME_NODE = 1e-4  # of the shaft's length; a named position nearer to a node than this is interpolated
+_SAME_NODE = 1e-4  # of the shaft's length; a named position nearer to a node gets none of its own and is interpolated
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class RotorModel:
     plane_mass, plane_stiffness : (2m, 2m) arrays
         Of one plane, in (v, psi) per node.
     plane_polar : (2m, 2m) array
-        Polar inertia weighed with the rotations; omega times it couples the two planes.
+        Polar inertia matrix; omega times it is the gyroscopic coupling of the planes.
     modal_damping_ratio : float
         Of every bending mode.
     """
@@ -104,7 +104,7 @@ class RotorModel:
         return float(rotation @ self.plane_mass @ rotation)
 
     def shares(self, first: float, second: float) -> tuple[float, float]:
-        """Return which shares of the weight two supports at axial positions carry, by the lever rule; negative: held down."""
+        """Return the shares of the weight on two supports at axial positions by the lever rule; negative where held down."""
         share = (self.centre_of_mass - first) / (second - first)
         return 1 - share, share
 
@@ -130,8 +130,8 @@ def build_rotor(machine: Machine, max_element: float | None = None) -> RotorMode
     machine : Machine
         Its `rotor` and the positions on it.
     max_element : float, optional
-        Greatest length of an element, m.  Where not given, so short that the first four bending modes are within
-        0.1 % of the continuous shaft's (to a diameter of a fifth of the length).
+        Greatest element length, m.  By default short enough for the first four bending modes to be within 0.1 % of the
+        continuous shaft's (up to a diameter of a fifth of the length).
 
     Raises
     ------
@@ -181,8 +181,7 @@ def static_loads(machine: Machine, model: RotorModel) -> dict[str, float]:
     Raises
     ------
     InputError
-        If the centre of mass does not lie between the touchdown bearings: one end would rest at the top of its
-        clearance, and not both at the bottom.
+        If the centre of mass is not between the touchdown bearings: one end would rest at the top of its clearance.
     """
     return {end: mass * machine.gravity for end, mass in end_mass(machine, model).items()}
 
@@ -200,7 +199,7 @@ def end_mass(machine: Machine, model: RotorModel) -> dict[str, float]:
 
 
 def spring_positions(machine: Machine, stiffness: Mapping[str, Any]) -> list[tuple[float, Any]]:
-    """Return (position, value) of each touchdown bearing, after checking that every end has its value.
+    """Return (position, value) of each touchdown bearing, checking that every end has a value.
 
     Raises
     ------
@@ -228,7 +227,7 @@ def _named_positions(machine: Machine) -> list[float]:
 
 
 def _mesh(ends: Array, limits: Array, named: list[float]) -> Array:
-    """Return nodes at all section ends and named positions, elements at most as long as their section's limit."""
+    """Return nodes at all section ends and named positions, and between them as the limits of element length require."""
     fixed = list(ends)
     for position in named:
         if min(abs(position - node) for node in fixed) > _SAME_NODE * ends[-1]:

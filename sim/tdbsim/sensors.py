@@ -1,10 +1,9 @@
 """The sensor chain: from the motion of the shaft to the channels of a record.
 
-In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), what leaks in
-from the neighbour (crosstalk), sampling (lag: what has leaked in is late too), what the cables add (hum, noise), and the
-converter (16 bit, which clips).  Each step is a pure function on
-arrays; `measure` runs them all and returns a record in the form that measured files are read into: channels as in the
-file, SI, on the dimension ``time`` counted from the first sample.
+In the order of the chain: geometry (probe plane and angle), surface (runout), electronics (gain, offset), crosstalk from a
+neighbouring channel, sampling (lag, of crosstalk too), disturbances on the cables (hum, noise), and the converter (16 bit, with
+clipping).  Each step is a pure function on arrays; `measure` runs them all and returns a record in the form into which measured
+files are read: channels as in the file, SI, on the dimension ``time`` counted from the first sample.
 """
 
 from __future__ import annotations
@@ -27,16 +26,18 @@ from tdbsim.slow_roll import slow_roll
 Array = NDArray[np.float64]
 
 _CODES = np.iinfo(np.int16)
-_PULSE = 0.03  # of the way from pulse to pulse, the width of a usual mark
-_PLAY = 1e-3  # of the same way: a shaft that turns back by less, as one that stands and trembles, leaves the mark where it was
-_PULSE_SAMPLES = 3  # or so many where they follow fast: a narrower one falls between samples
-_FEWEST_SAMPLES = 4  # from pulse to pulse: two in each level; fewer lose pulses
-_GOOD_SAMPLES = 8  # with four the intervals round to 3 and 5, which looks like missed pulses
+_PULSE = 0.03  # of the pulse spacing: width of a usual mark
+_PLAY = (
+    1e-3  # of the pulse spacing: hysteresis of the trigger; smaller turns back, as of a trembling shaft, have no effect
+)
+_PULSE_SAMPLES = 3  # least width of a pulse in samples: a narrower one may fall between samples
+_FEWEST_SAMPLES = 4  # from pulse to pulse, two per level; with fewer, pulses are lost
+_GOOD_SAMPLES = 8  # from pulse to pulse; with four, intervals round to 3 and 5, which looks like missed pulses
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What the sensors look at, at the sampling instants of the record.
+    """Motion seen by the sensors, at the sampling instants of the record.
 
     Attributes
     ----------
@@ -45,7 +46,7 @@ class Motion:
     x, y : (probes, n) arrays
         Displacement of the shaft's centre in the plane of each of the machine's probes, in their order, m.
     angle : (n,) array
-        Shaft angle from +x towards +y, rad, not wrapped; it falls where the machine turns clockwise.
+        Shaft angle from +x towards +y, rad, unwrapped; decreasing for clockwise rotation.
     speed_hz : (n,) array
         Speed, Hz, positive.
     """
@@ -70,10 +71,10 @@ class Motion:
 
 @dataclass(frozen=True)
 class Runout:
-    """One harmonic of the shaft's surface in a probe plane, the same for all probes that look at it.
+    """One harmonic of the shaft's surface in a probe plane, the same for all probes in that plane.
 
-    The surface stands out by ``amplitude cos(order (beta - phase))``, beta counting on the shaft from the mark that
-    shaft angle 0 brings to +x, in the sense from +x towards +y.
+    Its radial deviation is ``amplitude cos(order (beta - phase))``, with beta measured on the shaft, from the mark that is at +x
+    at shaft angle 0, in the sense from +x towards +y.
 
     Attributes
     ----------
@@ -82,7 +83,7 @@ class Runout:
     amplitude : float
         m, 0-pk.
     phase : float
-        Where a crest lies on the shaft, rad.
+        Angle of a crest on the shaft, rad.
     """
 
     order: int
@@ -92,7 +93,7 @@ class Runout:
 
 @dataclass(frozen=True)
 class ProbeChain:
-    """What a displacement channel does to what it sees; as it stands, nothing.
+    """Errors of a displacement channel; by default none.
 
     Attributes
     ----------
@@ -101,11 +102,11 @@ class ProbeChain:
     offset : float
         Added after the gain, m.
     angle_error : float
-        True angle minus the machine file's, rad.
+        True angle less the machine file's, rad.
     runout : tuple of Runout
         Of the surface under the probe.
     lag : float
-        Delay in samples, whole or not.
+        Delay in samples, possibly fractional.
     hum, hum_phase : float
         0-pk amplitude, m, and phase, rad, at mains frequency.
     noise : float
@@ -113,12 +114,12 @@ class ProbeChain:
     drift, drift_time : float
         Standard deviation, m, and correlation time, s, of first-order autoregressive noise.
     full_scale : float
-        Displacement of the 16-bit converter's greatest code, m; infinite for a converter without steps.
+        Displacement at the 16-bit converter's greatest code, m; infinite for no quantisation.
 
     Raises
     ------
     InputError
-        If a value is negative or not finite where it cannot be.
+        If a value is negative or not finite where that is impossible.
     """
 
     gain: float = 1.0
@@ -153,16 +154,16 @@ class SensorChain:
     Attributes
     ----------
     probe : ProbeChain
-        Of every probe that `probes` does not name.
+        Of every probe that is not in `probes`.
     probes : mapping
         Probe name to its own `ProbeChain`.
     leaks : mapping
-        Probe name to the probe that leaks into it and the part of that one's reading that it adds.
+        Crosstalk: probe name to the source probe and the fraction of its reading that is added.
     speed_noise_hz : float
         Standard deviation of the speed signal's white noise, Hz.
     keyphasor_width : float, optional
-        Part of the way from one pulse of the keyphasor to the next for which a pulse lasts; where not given, that of a usual
-        mark, or longer where the sampling would miss it.
+        Width of a keyphasor pulse over the pulse spacing; by default that of a usual mark, or more where the sampling would
+        miss it.
     """
 
     probe: ProbeChain = ProbeChain()
@@ -189,17 +190,17 @@ def at_probes(machine: Machine, modes: Modes, a: Array, b: Array) -> tuple[Array
 
 
 def projected(x: ArrayLike, y: ArrayLike, angle: ArrayLike) -> Array:
-    """Return the displacement along a probe's axis, which stands at `angle` from +x towards +y."""
+    """Return the displacement along a probe's axis at `angle` from +x towards +y."""
     return np.asarray(x) * np.cos(angle) + np.asarray(y) * np.sin(angle)
 
 
 def surface(harmonics: Sequence[Sequence[Runout]], shaft_angle: Array, probe_angles: ArrayLike) -> Array:
-    """Return how far the shaft's surface stands out under probes, (..., probes, n), m: it reads as if the shaft came nearer.
+    """Return the radial deviation of the shaft's surface under probes (..., probes, n), m, added to the displacement.
 
     Parameters
     ----------
     harmonics : sequence of sequence of Runout
-        Those that each probe sees.
+        Harmonics under each probe.
     shaft_angle : (..., n) array
         rad.
     probe_angles : (probes,) array
@@ -215,7 +216,7 @@ def surface(harmonics: Sequence[Sequence[Runout]], shaft_angle: Array, probe_ang
 
 
 def delayed(values: Array, lag: float) -> Array:
-    """Return evenly sampled values (..., n) later by `lag` samples (cubic spline between them; held beyond the ends)."""
+    """Return evenly sampled values (..., n) delayed by `lag` samples (cubic spline; constant beyond the ends)."""
     if lag == 0:
         return values
     last = values.shape[-1] - 1
@@ -230,7 +231,7 @@ def delayed(values: Array, lag: float) -> Array:
 def clean_readings(
     x: Array, y: Array, shaft_angle: Array, probes: Sequence[Probe], chain: SensorChain, runout: ArrayLike = 0.0
 ) -> NDArray[np.float64]:
-    """Return what probes read before hum, noise and converter, (..., probes, n), m.
+    """Return the readings of probes before hum, noise and converter (..., probes, n), m.
 
     Parameters
     ----------
@@ -239,10 +240,10 @@ def clean_readings(
     shaft_angle : (..., n) array
         rad.
     probes : sequence of Probe
-        A row each; a leak from a probe that is not among them is left out.
+        One row each; crosstalk from a probe that is not among them is left out.
     chain : SensorChain
     runout : (..., probes, n) array
-        What the surface has beside the chain's, m.
+        Runout in addition to the chain's, m.
     """
     links = [chain.of(probe.name) for probe in probes]
     axes = np.array([probe.angle + link.angle_error for probe, link in zip(probes, links, strict=True)])[:, None]
@@ -269,7 +270,7 @@ def hum(time: Array, frequency_hz: float, amplitude: float, phase: float = 0.0) 
 
 
 def drifting(n: int, interval: float, deviation: float, correlation_time: float, rng: np.random.Generator) -> Array:
-    """Return stationary first-order autoregressive noise (Ornstein and Uhlenbeck, sampled).
+    """Return stationary first-order autoregressive noise (n,), a sampled Ornstein-Uhlenbeck process.
 
     Parameters
     ----------
@@ -282,18 +283,18 @@ def drifting(n: int, interval: float, deviation: float, correlation_time: float,
     correlation_time : float
         Time in which the correlation falls to 1/e, s.
     rng : numpy.random.Generator
-        Source of the n normal numbers taken.
+        Source of n normal numbers.
     """
     from scipy.signal import lfilter
 
     memory = math.exp(-interval / correlation_time)
     white = rng.standard_normal(n)
-    white[1:] *= math.sqrt(1 - memory**2)  # the first is drawn from the stationary distribution itself
+    white[1:] *= math.sqrt(1 - memory**2)  # the first one is drawn from the stationary distribution
     return deviation * np.asarray(lfilter([1.0], [1.0, -memory], white))
 
 
 def quantised(values: ArrayLike, full_scale: float) -> Array:
-    """Return what a 16-bit converter of range +-full_scale makes of values: steps of full_scale/32768, clipped."""
+    """Return values quantised by a 16-bit converter of range +-full_scale: steps of full_scale/32768, clipped."""
     if math.isinf(full_scale):
         return np.asarray(values, dtype=float)
     step = full_scale / -_CODES.min
@@ -301,16 +302,16 @@ def quantised(values: ArrayLike, full_scale: float) -> Array:
 
 
 def since_mark(shaft_angle: Array, machine: Machine) -> Array:
-    """Return how far the shaft has turned in its sense, rad, since its mark passed the keyphasor's `angle`."""
+    """Return the angle turned by the shaft in its sense of rotation, rad, since its mark passed the keyphasor's `angle`."""
     return machine.sense * (shaft_angle - (machine.keyphasor.angle if machine.keyphasor else 0.0))
 
 
 def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Array:
-    """Return the keyphasor's level, 0 or 1, against the shaft angle (rad, from +x towards +y).
+    """Return the keyphasor's level, 0 or 1, for shaft angles (rad, from +x towards +y).
 
-    The edge that the machine file names comes where the shaft, turning in its sense, passes the keyphasor's `angle`; of several
-    pulses a revolution the others come at even parts of it.  `width` is the part of the way from edge to edge that a pulse takes.
-    As the trigger has some play, a shaft that stands at its mark gives no pulses, however it trembles.
+    The edge named in the machine file occurs where the shaft, in its sense of rotation, passes the keyphasor's `angle`; further
+    pulses per revolution are evenly spaced.  `width` is the width of a pulse over the spacing.  The trigger has some hysteresis,
+    so a shaft that trembles at its mark at standstill gives no pulses.
     """
     mark = machine.keyphasor
     since = since_mark(shaft_angle, machine) / (2 * math.pi)
@@ -322,19 +323,19 @@ def keyphasor_pulses(shaft_angle: Array, machine: Machine, width: float) -> Arra
 
 
 def pulse_rate(machine: Machine, speed_hz: float) -> float:
-    """Return how many pulses a second the machine's keyphasor gives at a speed; 0 without one."""
+    """Return the pulse rate of the machine's keyphasor at a speed, Hz; 0 without one."""
     return abs(speed_hz) * machine.keyphasor.pulses_per_revolution if machine.keyphasor else 0.0
 
 
 def least_sampling(machine: Machine, speed_hz: float) -> float:
-    """Return the sampling rate, Hz, from which on a record tells the keyphasor's pulses well; 0 without a keyphasor."""
+    """Return the least sampling rate, Hz, that resolves the keyphasor's pulses well; 0 without a keyphasor."""
     return _GOOD_SAMPLES * pulse_rate(machine, speed_hz)
 
 
 def check_pulses(machine: Machine, chain: SensorChain, speed_hz: float, sampling: float) -> None:
-    """Raise InputError where a sampling rate, Hz, cannot tell the keyphasor's pulses apart at a speed.
+    """Raise InputError where a sampling rate, Hz, does not resolve the keyphasor's pulses at a speed.
 
-    A chain that states the width of a pulse is taken at its word.
+    A chain with a stated pulse width is not checked.
     """
     rate = pulse_rate(machine, speed_hz)
     if (
@@ -358,18 +359,18 @@ def _pulse_width(machine: Machine, speed_hz: float, interval: float) -> float:
 def measure(
     motion: Motion, chain: SensorChain, machine: Machine, rng: np.random.Generator, title: str = "Synthetic record"
 ) -> xr.Dataset:
-    """Return the record that the machine's sensors make of a motion.
+    """Return the record of a motion by the machine's sensors.
 
     Parameters
     ----------
     motion : Motion
         At the record's evenly spaced sampling instants.
     chain : SensorChain
-        What the sensors do.
+        Errors of the sensors.
     machine : Machine
         Its probes, speed and keyphasor channels, mains frequency and sense of rotation.
     rng : numpy.random.Generator
-        Source of all noise.  Each channel has a stream of its own, so that a change of one leaves the others.
+        Source of all noise.  Each channel has its own stream, so that a change of one does not affect the others.
     title : str
         Of the record.
 
@@ -382,8 +383,8 @@ def measure(
     Raises
     ------
     InputError
-        If the chain names a probe that the machine lacks, the motion is of another number of probes, or its samples
-        are fewer than two or not evenly spaced.
+        If the chain names a probe that the machine lacks, the motion has another number of probes, or fewer than two or
+        unevenly spaced samples.
     """
     names = [probe.name for probe in machine.probes]
     for name in (*chain.probes, *chain.leaks, *(source for source, _ in chain.leaks.values())):

@@ -18,16 +18,16 @@ from tdbsim.simulate import DropPlan, Trajectory, before_release, check_memory, 
 
 Case = tuple[DropModel, DropPlan]
 
-MOST = 8  # drops in a batch; as many as a vector has numbers
+MOST = 8  # drops in a batch, the number of lanes of a vector
 
 
 def shared(model: DropModel, plan: DropPlan) -> Hashable:
-    """Return what cases have in common that may go side by side, or None where one cannot: the rotor, steps, instants."""
+    """Return the key of cases that may run side by side (rotor, step, instants); None where a case cannot."""
     if plan.method != "splitting" or model.machine.has_heat:
         return None
     try:
         step = longest_step(model, plan)
-    except InputError:  # which running it alone tells
+    except InputError:  # raised again when it runs alone
         return None
     arrays = model.arrays
     rotor = b"".join(getattr(arrays, name).tobytes() for name in OF_THE_ROTOR)
@@ -36,7 +36,7 @@ def shared(model: DropModel, plan: DropPlan) -> Hashable:
 
 
 def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
-    """Integrate drops that have `shared` in common, on one thread, without Python's lock.
+    """Integrate drops with equal `shared` key on one thread, without the global interpreter lock.
 
     Parameters
     ----------
@@ -46,8 +46,8 @@ def run_side_by_side(cases: Sequence[Case]) -> list[Trajectory | InputError]:
     Returns
     -------
     list of Trajectory or InputError
-        In the order of the cases, as `run` gives them, to rounding; what that would raise where a drop cannot be, which
-        does no harm to the others.
+        In the order of the cases, equal to those of `run` to rounding; for an impossible drop the error that `run` would raise,
+        without effect on the others.
     """
     from tdbsim.lanes import integrate
 

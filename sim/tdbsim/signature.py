@@ -1,4 +1,4 @@
-"""Sizes of what a simulated drop shows, from which effects measure their signatures."""
+"""Features of a simulated drop, from which effects measure their signatures."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
-_TOUCHING = 20.0  # N; a contact of some weight
+_TOUCHING = 20.0  # N; least normal force of a contact
 
 
 def after_release(drop: xr.Dataset, seconds: float = 0.0) -> xr.Dataset:
@@ -22,7 +22,7 @@ def before_release(drop: xr.Dataset) -> xr.Dataset:
 
 
 def bearings(drop: xr.Dataset, where: str) -> list[xr.Dataset]:
-    """Return the drop at an end, or at both."""
+    """Return the drop at the end that `where` names, or at both ends."""
     return [drop.sel(end=end) for end in (drop["end"].values if where == "both" else [where])]
 
 
@@ -34,7 +34,7 @@ def order_phasor(values: Array, angle: Array, order: float) -> complex:
 
 
 def contact_points(drop: xr.Dataset, end: str) -> tuple[Array, Array, Array]:
-    """Return where rotor and ring touch, less the depth: distance of centres, azimuth, ring angle of these samples."""
+    """Return distance of the centres less the depth, azimuth and ring angle of the samples in contact."""
     at = drop.sel(end=end)
     touching = at["normal_force"].values > _TOUCHING
     x = (at["rotor_x"] - at["ring_x"]).values[touching]
@@ -44,7 +44,7 @@ def contact_points(drop: xr.Dataset, end: str) -> tuple[Array, Array, Array]:
 
 
 def lobes(distance: Array, azimuth: Array, order: int) -> float:
-    """Return the 0-pk amplitude of `order` lobes around the circle in a distance, fitted by least squares."""
+    """Return the 0-pk amplitude of the harmonic `order` of a distance over the azimuth, fitted by least squares."""
     columns = np.column_stack([np.ones_like(azimuth), np.cos(order * azimuth), np.sin(order * azimuth)])
     found = np.linalg.lstsq(columns, distance, rcond=None)[0]
     return float(np.hypot(found[1], found[2]))

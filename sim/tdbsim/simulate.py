@@ -30,18 +30,18 @@ if TYPE_CHECKING:
 
 Pair = tuple[float, float]
 
-_RECORD = 1.6  # times its states is what a record takes at least, with all that no probe sees
+_RECORD = 1.6  # least memory of a record over that of its states, with all unmeasured quantities
 _FORMS = {(): "a number", (2,): "a number for each end", (2, 2): "(x, y) for each end"}
 
 
 @dataclass(frozen=True)
 class DropPlan:
-    """How a machine is dropped; SI, speeds in Hz, angles in rad.
+    """Conditions and numerical options of a drop; SI, speeds in Hz, angles in rad.
 
     Attributes
     ----------
     speed : float
-        Speed at release, Hz, 0 for a shaft that stands; its sense is the machine's ``rotation``.
+        Speed at the release, Hz, 0 for a shaft at standstill; its sense is the machine's ``rotation``.
     seconds : float
         Time simulated after the release.
     levitated : float
@@ -51,25 +51,25 @@ class DropPlan:
     set_point : pair of pairs
         Mean position (x, y), m, of the levitated shaft at each touchdown bearing's plane.
     velocity : pair of pairs
-        What each end's velocity (x, y), m/s, has beyond the levitated whirl at the release.
+        Velocity of each end (x, y), m/s, in excess of the levitated whirl at the release.
     shaft_angle : float
         Of the shaft at the release, from +x towards +y.
     ring_angle, cage_angle : pair of float
-        Of each end's inner ring and cage at the release; ball 1 stands at the cage's angle.
+        Of each end's inner ring and cage at the release; ball 1 is at the cage's angle.
     sensors : SensorChain
-        Noise, hum, quantisation of the sensors; as it stands, none.
+        Noise, hum, quantisation of the sensors; by default none.
     seed : int
-        Of the sensors' noise.
+        Seed of the sensors' noise.
     method : str
         "splitting" (fast, fixed steps) or "dormand_prince" (adaptive, for reference).
     step : float, optional
         Greatest step of the splitting while an end touches, s, by default the machine's `usual_step`; steps in free flight
-        are twice as long, up to 50e-6, those in which a contact begins or ends a quarter.
+        are twice as long, up to 50e-6, those in which a contact begins or ends a quarter as long.
     tolerance : float
-        Relative error a step of the adaptive method.
+        Relative error per step of the adaptive method.
     heat_interval : float
-        Time between exchanges of drop and temperatures, s, where a touchdown bearing has `heat`; at least a sample, since the
-        loads that make torque are those at the samples.
+        Time between exchanges of drop and temperatures, s, where a touchdown bearing has `heat`; at least one sample, since the
+        torque depends on the loads at the samples.
     """
 
     speed: float
@@ -116,9 +116,9 @@ class DropPlan:
 
 
 def _check_numbers(name: str, value: object, unit: str, shape: tuple[int, ...]) -> None:
-    """Raise InputError where a value is not of finite numbers, or of another form."""
+    """Raise InputError where a value is not finite or has a wrong shape."""
     if type(value) is float and not shape and math.isfinite(value):
-        return  # most are, and fits make plans by the thousand
+        return  # the usual case, made fast since fits create plans by the thousand
     wanted = f"give {_FORMS[shape]}" + (f" in {unit}" if unit else "")
     try:
         numbers = np.asarray(value)
@@ -144,11 +144,11 @@ class Trajectory:
         s, from the first sample; the release is at ``plan.levitated``.
     state : (k, size) array
     peak_normal : (2,) array
-        Greatest normal force at each end over all steps of the splitting, N; zero of the adaptive method, which keeps none.
+        Greatest normal force at each end over all steps of the splitting, N; zero with the adaptive method, which has none.
     whirl : (n,) complex array
-        Of the levitated rotor in its modes: x + i y = whirl exp(i angle), m.
+        Of the levitated rotor, in modal coordinates: x + i y = whirl exp(i angle), m.
     warmth : Warmth, optional
-        What heat did, where the machine's file tells of it.
+        Thermal results, where a touchdown bearing has `heat`.
     """
 
     model: DropModel
@@ -161,7 +161,7 @@ class Trajectory:
 
     @property
     def place(self) -> NDArray[np.complex128]:
-        """Shaft centre at both ends, x + i y from the bearings' centres (2, k), m."""
+        """Shaft centre at both ends relative to the bearings' centres, x + i y (2, k), m."""
         at_end, n = self.model.arrays.at_end, self.model.n
         x, y = self.state[:, state_layout.modes_x(n)].T, self.state[:, state_layout.modes_y(n)].T
         return np.asarray(at_end @ x + 1j * (at_end @ y))
@@ -170,7 +170,7 @@ class Trajectory:
 def simulate(
     machine: Machine, plan: DropPlan, effects: Sequence[Effect] = (), bending: int = BENDING, attachment: bool = True
 ) -> xr.Dataset:
-    """Simulate a drop, and what the machine's sensors would record of it.
+    """Simulate a drop and its record by the machine's sensors.
 
     Parameters
     ----------
@@ -179,21 +179,21 @@ def simulate(
     plan : DropPlan
         Speed, time, initial state, method.
     effects : sequence of Effect
-        More effects, as `tdbsim.stated_effects.parse` or the effects' classes give them.
+        Additional effects, from `tdbsim.stated_effects.parse` or the effects' classes.
     bending, attachment : int, bool
-        The modes of the rotor, as `build_model` takes them.
+        The modes of the rotor, as in `build_model`.
 
     Returns
     -------
     xarray.Dataset
-        The channels of a record (see `tdbmon.record`): a variable a probe in m, ``speed`` in Hz, ``keyphasor``; and what
-        no probe sees, along ``end`` and ``time``: see `tdbsim.drop_record`.
+        The channels of a record (see `tdbmon.record`): one variable per probe in m, ``speed`` in Hz, ``keyphasor``; and
+        unmeasured quantities along ``end`` and ``time``: see `tdbsim.drop_record`.
 
     Raises
     ------
     InputError
-        If a value is impossible, the set-point lies outside the gap, the integration does not converge, a channel's name is
-        taken, or the record would be larger than the memory.
+        If a value is impossible, the set-point is outside the gap, the integration does not converge, a channel's name is
+        taken, or the record would not fit into memory.
     """
     from tdbsim.drop_record import drop_record
 
@@ -206,9 +206,9 @@ def simulate(
 
 
 def run(model: DropModel, plan: DropPlan) -> Trajectory:
-    """Integrate a drop; the part of `simulate` between model and record (raises as it does).
+    """Integrate a drop; the part of `simulate` between model and record (raises as `simulate`).
 
-    The model stays as it was; that of the trajectory has the plan's angles and magnetic forces in it.
+    The given model is unchanged; that of the trajectory contains the plan's angles and magnetic forces.
     """
     check_memory(model, plan)
     time = instants(plan)
@@ -216,24 +216,24 @@ def run(model: DropModel, plan: DropPlan) -> Trajectory:
 
 
 def pieces(model: DropModel, plan: DropPlan, time: Array, longest: int) -> Iterator[Trajectory]:
-    """Integrate a drop piece by piece, where all its states would take too much room (raises as `run` does).
+    """Integrate a drop piece by piece, where all its states would need too much memory (raises as `run`).
 
     Parameters
     ----------
     model, plan : DropModel, DropPlan
-        As `run` takes them.
+        As in `run`.
     time : (k,) array
-        Instants of the record, s, from the first sample: rising, as far as is wanted.
+        Instants of the record, s, from the first sample, ascending.
     longest : int
-        Samples a piece at most, those before the release in pieces of their own; where it holds all, there is one piece.
-        Exchanges with the temperatures of bearings count from the beginning of each.
+        Greatest number of samples per piece, with separate pieces before the release; where it is enough for all, there is one
+        piece.  Exchanges with the temperatures of bearings count from the start of each piece.
 
     Yields
     ------
     Trajectory
-        At the next instants; greatest forces are those until then, and the last one has what heat did in all.
+        At the next instants; greatest forces are those so far, and the last piece has the thermal results of the whole drop.
     """
-    arrays = model.arrays  # but for angles and magnets, no run changes them
+    arrays = model.arrays  # a run changes only their angles and magnetic forces
     model = replace(model, arrays=arrays._replace(end=arrays.end.copy(), magnet=arrays.magnet.copy()))
     start, whirl = _begin(model, plan)
     levitated, since = before_release(plan, time), time - plan.levitated
@@ -254,14 +254,14 @@ def pieces(model: DropModel, plan: DropPlan, time: Array, longest: int) -> Itera
 
 
 def _cuts(levitated: int, count: int, longest: int) -> Iterator[tuple[int, int]]:
-    """Yield where pieces of so many samples at most begin and end; only one that holds all goes on over the release."""
+    """Yield start and end of pieces of at most `longest` samples; only a single piece for all extends over the release."""
     if count <= longest:
         return iter([(0, count)])
     return pairwise([*range(0, levitated, longest), *range(levitated, count, longest), count])
 
 
 def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:
-    """Raise InputError where so many times a drop's states are more than the computer's memory."""
+    """Raise InputError where `times` the size of a drop's states exceeds the computer's memory."""
     needed = 8.0 * times * _samples(plan) * state_layout.size(model.n)
     memory = _memory()
     if needed > memory:
@@ -272,7 +272,7 @@ def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:
 
 
 def _memory() -> float:
-    """Return the computer's memory, bytes; infinite where the system does not tell."""
+    """Return the computer's memory, bytes; infinite where unknown."""
     try:
         return float(os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES"))
     except (AttributeError, ValueError, OSError):
@@ -289,17 +289,17 @@ def instants(plan: DropPlan) -> Array:
 
 
 def before_release(plan: DropPlan, time: Array) -> int:
-    """Return how many instants of a drop's record are before the release."""
+    """Return the number of instants of a drop's record before the release."""
     return int(np.searchsorted(time, plan.levitated - 1e-12))
 
 
 def initial_state(model: DropModel, plan: DropPlan) -> Array:
-    """Return the state at the release; the model's angles, set-point and magnetic forces are set to the plan's."""
+    """Return the state at the release; the model's angles, set-point and magnetic forces are set according to the plan."""
     return _begin(model, plan)[0]
 
 
 def _begin(model: DropModel, plan: DropPlan) -> tuple[Array, Whirl]:
-    """Return the state at the release, and the whirl before it with the shaft's angle at zero."""
+    """Return the state at the release, and the whirl before it at shaft angle zero."""
     start, whirl, (fault,) = begin(alone(model), [model], [plan])
     if fault is not None:
         raise fault

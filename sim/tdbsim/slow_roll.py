@@ -1,4 +1,4 @@
-"""Slow roll: what probes read once a revolution of a shaft that does not whirl, as the machine file states it."""
+"""Slow roll: the 1X reading of a shaft that does not whirl, as stated in the machine file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Array = NDArray[np.float64]
 
 
 def slow_roll(probe: Probe, turned: Array) -> Array:
-    """Return the slow roll of a probe, m, 0 where none is stated.
+    """Return the slow roll reading of a probe, m, 0 where none is stated.
 
     ``peak_to_peak / 2 cos(turned - phase_lag)``: the greatest reading comes when the shaft has turned by the phase lag.
 
@@ -19,7 +19,7 @@ def slow_roll(probe: Probe, turned: Array) -> Array:
     ----------
     probe : Probe
     turned : (...,) array
-        How far the shaft has turned since the keyphasor's edge, in its sense, rad; NaN where that is not known.
+        Angle turned by the shaft since the keyphasor's edge, in its sense of rotation, rad; NaN where unknown.
     """
     stated = probe.slow_roll
     if stated is None:

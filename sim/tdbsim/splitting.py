@@ -1,17 +1,15 @@
-"""Fast integration: a splitting of order 4, six force evaluations a step, in steps of three lengths.
+"""Fast integration: a splitting method of order 4 with six force evaluations per step, in steps of three lengths.
 
-Between the kicks the rotor's modes, damped, swing exactly and everything else drifts; in a kick positions stand still
-and velocities change by all forces.  In a kick the contact's normal velocity obeys a linear equation, since the
-Hunt-Crossley force is linear in it, and is advanced exactly; the dampers' too.  So the bending and attachment modes,
-however high, and the speed, however it changes, cost no small steps; what bounds them is the inner ring between contact
-and balls.
+In a drift the damped modes of the rotor oscillate exactly and everything else moves at constant velocity; in a kick positions are
+fixed and velocities change by all forces.  The contact's normal velocity in a kick obeys a linear equation, since the
+Hunt-Crossley force is linear in it, and is advanced exactly; so are the dampers.  High bending and attachment modes or changes of
+speed therefore need no small steps; the step is limited by the oscillation of the inner ring between contact and balls.
 
-Numbers of which many are alike stand in rows (`mode_rows`, `ring_rows`, `turning`), that vectors are made of.  What takes
-the time is not arithmetic but waiting: from displacement to depth, force, friction, the other end's friction, gyroscopics, each
-needs the one before.
+Like quantities are stored in rows (`mode_rows`, `ring_rows`, `turning`) for vectorisation.  The cost is latency, not arithmetic:
+displacement, depth, force, friction, the other end's friction and gyroscopic coupling each depend on the one before.
 
-A step through which a contact begins or ends loses its order, since the force bends there: it is taken anew in four.
-While neither end touches, a step is twice as long.
+A step in which a contact begins or ends loses its order, since the force has a kink there: it is repeated in four.  While
+neither end touches, a step is twice as long.
 
 S. Blanes, P. C. Moan, Practical symplectic partitioned Runge-Kutta and Runge-Kutta-Nystrom methods, J. Comp. Appl. Math.
 142 (2002) 313, table 2, method S6 of order 4.
@@ -123,16 +121,16 @@ from tdbsim.turning import (
     turning_rows,
 )
 
-SHORT, USUAL, LONG = range(3)  # steps: where a contact begins or ends; usual; in free flight
-PARTS = (1, 4, 8)  # their lengths, in parts
+SHORT, USUAL, LONG = range(3)  # kinds of step: where a contact begins or ends; usual; in free flight
+PARTS = (1, 4, 8)  # their lengths, in quarters of the usual step
 _WHOLE = PARTS[USUAL]
-FLIGHT_STEP = 50e-6  # s; no step in free flight is doubled beyond
-START = (-1.0, 0.0)  # pace of a first call
+FLIGHT_STEP = 50e-6  # s; steps in free flight are doubled up to this length
+START = (-1.0, 0.0)  # pace of the first call
 
 
 @reassociated
 def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped-def]
-    """Advance a state through instants.
+    """Advance a state through given instants.
 
     Parameters
     ----------
@@ -143,31 +141,31 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
     t, step : float
         Time, s, and the greatest usual step.
     times : (k,) array
-        Rising instants, the first not before `t`.
+        Ascending instants, the first not before `t`.
     out : (k, size) array
         Filled with the states at them.
     peak : (2,) array
-        Raised to the greatest normal forces, N.
+        Updated to the greatest normal forces, N.
     pace : (2,) array
-        `START`, or what a call before left there, so that two calls go the same way as one: the length of the usual step,
-        s, and whether both ends were free (1) or not (0) at `t`.
+        `START`, or as left by the previous call, so that two calls give the same as one: the usual step, s, and whether both
+        ends were free (1) or not (0) at `t`.
 
     Returns
     -------
     float
-        Time reached; it falls short where the state ceased to be finite.
+        Time reached, short of the last instant where the state became non-finite.
     """
     n = len(m.square)
     ledger = state_layout.work(n)
     lanes = LANES * ((n + LANES - 1) // LANES)
-    axes = min(lanes, LANES)  # eight, but not for the compiler: loops whose length it knows it makes no vectors of
+    axes = min(lanes, LANES)  # eight, hidden from the compiler, which does not vectorise loops of known length
     square, circulatory = m.square, m.circulatory
     columns, effect, spin_columns = m.end, m.effect, m.spin
     swing_tables = np.zeros((len(PARTS), 4, SWING_STOP))
     damper_tables = np.zeros((len(PARTS), 3, DAMPER_STOP))
     tabled, aloft = pace[0], pace[1] > 0.0
     filled = np.zeros(len(PARTS), np.bool_)
-    # the state in pieces, and as it was when a step began
+    # the state in parts, and its copy at the start of a step
     modal, rings, turning, work = mode_rows(m, y), ring_rows(m, y), turning_rows(m, y), y[ledger:].copy()
     kept_modal, kept_rings, kept_turning, kept_work = modal.copy(), rings.copy(), turning.copy(), work.copy()
     gyro = gyro_rows(m.gyro, lanes)
@@ -194,11 +192,11 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
     )
     lights = 1.0 / slides
     powers = np.zeros((2, POWER_STOP))
-    # the balls, and beside them some that never touch, so that eight are taken at once
+    # the balls, padded to a multiple of eight with ones that never touch
     most = m.ball_cosine.shape[1]
     balls = np.zeros((2, 3, LANES * ((most + LANES - 1) // LANES)))
     balls[:, 2] = -1.0
-    free = np.zeros(2)  # a ring nearer to the outer ring's middle than this touches no ball
+    free = np.zeros(2)  # an inner ring nearer than this to the outer ring's centre loads no ball
     for end in range(2):
         powers[end] = power_table(columns[end, CONTACT_POWER])
         for j in range(int(columns[end, BALL_COUNT])):
@@ -213,7 +211,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
         if abs(usual - tabled) > 1e-12 * step:
             tabled = usual
             filled[:] = False
-        left = _WHOLE * count  # of the way to this instant, in parts of a step
+        left = _WHOLE * count  # distance to this instant, in quarters of a usual step
         shorts = 0
         set_directions(turning, columns)
         while left > 0:
@@ -234,7 +232,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
             for k in range(len(work)):
                 kept_work[k] = work[k]
             pressed[0], pressed[1] = 0.0, 0.0
-            begun, met = 0, False  # who touches at the first kick; whether that changed
+            begun, met = 0, False  # ends in contact at the first kick, as bits; whether that changed
             for stage in range(7):
                 # drift
                 s = min(stage, 6 - stage)
@@ -258,7 +256,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                 speed_x[0], speed_y[0], speed_x[1], speed_y[1] = u0, v0, u1, v1
                 place_x[0], place_y[0], place_x[1], place_y[1] = x0, y0, x1, y1
                 damp_rings(rings, axes, damper_tables, size, s)
-                # forces that go by the places
+                # forces that depend on positions
                 touched = 0
                 for end in range(2):
                     i = 2 * end
@@ -307,7 +305,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         bx = push_along * cosines[1 + end] - push_across * sines[1 + end]
                         by = push_along * sines[1 + end] + push_across * cosines[1 + end]
                         turn_rate = columns[end, CAGE_RATIO] * spin[1 + end]
-                        # the cage turns loaded balls along
+                        # the cage carries loaded balls along
                         work[EXTERNAL] += tau * (ex * by - ey * bx) * turn_rate
                     ux, uy = rings[OUTER + i] - rings[BASE + i], rings[OUTER + i + 1] - rings[BASE + i + 1]
                     sx, sy = linear_spring(
@@ -330,7 +328,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                 # contacts
                 struck = 0.0  # change of the shaft's speed by the contacts
                 for turn in range(2):
-                    end = turn if stage < 3 else 1 - turn  # forth and back, so that the step stays symmetric
+                    end = turn if stage < 3 else 1 - turn  # order reversed halfway, so that the step stays symmetric
                     i = 2 * end
                     rubbed = 0.0
                     ring_spin = spin[1 + end]
@@ -347,7 +345,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                         light_n = own[end] + ring_mass + swing * swing * ring_inertia
                         light_t = lights[end]
                         mean = mean_press(elastic, approach, pull_n, light_n, 1.5 * columns[end, CONTACT_DAMPING], tau)
-                        if stage in (0, 5):  # states between lie off the path, and press some per cent harder
+                        if stage in (0, 5):  # intermediate states lie off the path, with forces some per cent too high
                             pressed[end] = max(pressed[end], mean)
                         coefficient = columns[end, FRICTION]
                         grip = mean * light_t
@@ -375,7 +373,7 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                     work[DRAGGED] += 0.5 * (ring_spin * ring_spin - slowed * slowed) * columns[end, RING_INERTIA]
                     spin[1 + end] = slowed
 
-                # the rotor: impulses, weight, unbalance, effects; gyroscopics between their halves
+                # the rotor: impulses, weight, unbalance, effects; gyroscopic coupling between their halves
                 omega = spin[0]
                 slower = -spin_columns[DECAY_RATE] * omega
                 if spin_columns[HAS_WINDAGE] > 0.0:
@@ -414,14 +412,14 @@ def integrate(m, y, t, step, times, out, peak, pace):  # type: ignore[no-untyped
                     modal, lanes, along, across,
                     rings[IMPULSE], rings[IMPULSE + 1], rings[IMPULSE + 2], rings[IMPULSE + 3], tau, turn, struck,
                 )  # fmt: skip
-                # one plane turns the other, in turns; in the step's second half the other way round
+                # the planes are coupled alternately, in reverse order in the step's second half
                 if stage < 3:
                     turn_plane(modal, lanes, gyro, TURN_Y, X, RATE_X, TURN_X, turn, struck)
                     turn_plane(modal, lanes, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turn, -struck)
                 else:
                     turn_plane(modal, lanes, gyro, TURN_X, Y, RATE_Y, TURN_Y, -turn, -struck)
                     turn_plane(modal, lanes, gyro, TURN_Y, X, RATE_X, TURN_X, turn, struck)
-                # after all that, since vectors wait until numbers that were stored one by one have arrived
+                # last, since vector loads stall on scalar stores that are still pending
                 push_rings(rings, axes, damper_tables, size, s, tau)
             if met and size != SHORT:
                 copy_modes(kept_modal, lanes, modal)

@@ -1,4 +1,4 @@
-"""Where inner and outer ring rest under the weight of the inner ring before they are hit."""
+"""Rest position of inner and outer ring under the weight of the inner ring before the first contact."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from tdbsim.columns import FOUNDATION_MOBILITY, FOUNDATION_STIFFNESS, GRAVITY, H
 from tdbsim.rhs import balls_on_ring
 from tdbsim.support import spring_force
 
-_NUDGE = 1e-10  # m, for slopes by differences
-_LONGEST = 5e-6  # m, of a step
-_STILL = 1e-15  # m; where steps are shorter, rounding has its way
+_NUDGE = 1e-10  # m, difference step of derivatives
+_LONGEST = 5e-6  # m, longest step
+_STILL = 1e-15  # m; shorter steps are rounding
 
 
 @compiled
@@ -39,8 +39,8 @@ def rest(m, end):  # type: ignore[no-untyped-def]
     if not found:
         x, y, found = _sagged(m, end, weight)
 
-    # inner ring on the balls: the lowest place of a convex potential, by damped Newton steps that never pass the
-    # bottom of their line by much
+    # inner ring on the balls: the minimum of a convex potential, by damped Newton steps that do not pass the minimum along their
+    # line by much
     u, v = 0.0, -(row[HALF_CLEARANCE] + 2e-5)
     fx, fy = balls_on_ring(m, end, u, v, row[RING_ANGLE])
     seated = False
@@ -62,17 +62,17 @@ def rest(m, end):  # type: ignore[no-untyped-def]
         u += share * du
         v += share * dv
         fx, fy = kx, ky
-    if not seated:  # a light ring that strong balls hold: its weight is lost in the rounding of their loads
+    if not seated:  # a light ring on preloaded balls: its weight is below the rounding of their loads
         seated = math.hypot(du, dv) < _STILL
     return x + u, y + v + base, x, y + base, 0.0, base, found and seated
 
 
 @compiled
 def _sagged(m, end, weight):  # type: ignore[no-untyped-def]
-    """Return where the outer ring rests on its spring, and whether it was found, where plain Newton steps do not end.
+    """Return the rest position of the outer ring on its spring, and whether it was found, where plain Newton steps fail.
 
-    They do not where a spring soft within its play meets its seat: here no step is long, nor passes the bottom of its line by
-    much.
+    They fail where a spring that is soft within its play meets its seat.  Here steps are limited in length and do not pass the
+    minimum along their line by much.
     """
     x, y = 0.0, 0.0
     fx, fy = spring_force(m.end, m.effect, end, x, y)
@@ -87,7 +87,7 @@ def _sagged(m, end, weight):  # type: ignore[no-untyped-def]
         if length < _STILL:
             return x, y, True
         share = min(1.0, _LONGEST / length)
-        if not descent > 0.0:  # the spring yields across: go where the force points
+        if not descent > 0.0:  # the stiffness is not positive definite: step along the force
             dx, dy = fx, fy - weight
             descent = dx * dx + dy * dy
             share = _LONGEST / math.sqrt(descent)
@@ -105,8 +105,8 @@ def _sagged(m, end, weight):  # type: ignore[no-untyped-def]
 
 @compiled
 def _newton(fx, fy, gx, gy, hx, hy):  # type: ignore[no-untyped-def]
-    """Return the Newton step of two residuals, whose changes over a nudge in x are g and in y are h."""
-    # a lone ball resists in one direction only: the little stiffness added leaves the other one where it is
+    """Return the Newton step for two residuals f, from their changes g by a nudge in x and h by one in y."""
+    # a single ball resists in one direction only: the small added stiffness prevents a step in the other
     a = gx / _NUDGE - 1.0
     b = hx / _NUDGE
     c = gy / _NUDGE

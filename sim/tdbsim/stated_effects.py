@@ -1,6 +1,6 @@
-"""Effects as people state them, on the command line and in a machine file; and all that act on a machine.
+"""Effects stated on the command line or in a machine file, and the checked set of all effects on a machine.
 
-What stands at one place more often than it can is refused (`Effect.most`, `Effect.once`).
+More instances at one place than allowed are refused (`Effect.most`, `Effect.once`).
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from tdbsim.machine import EffectSetting, Machine
 
 
 def parse(text: str) -> Effect:
-    """Read an effect as the command line writes it: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
+    """Read an effect in the form of the command line: ``oval_clearance:end=NDE,amplitude=20 um,angle=35 deg``.
 
     The place is given as ``where=`` or ``end=`` (or by its kind: ``plane=``, ``probe=``); effects of the whole rotor
-    need none.  A value may stand in quotes.
+    need none.  A value may be quoted.
 
     Raises
     ------
     InputError
-        If the text has another form, or names or values are wrong.
+        If the form, a name or a value is wrong.
     """
     identifier, _, rest = text.partition(":")
     found = declaration(identifier.strip())
@@ -32,7 +32,7 @@ def parse(text: str) -> Effect:
     where = None
     for part in filter(None, (piece.strip() for piece in rest.split(","))):
         name, equals, value = (piece.strip() for piece in part.partition("="))
-        value = value.strip("\"'")  # quotes within quotes, or where no shell takes them off
+        value = value.strip("\"'")  # quotes within quotes, or not removed by a shell
         if not equals or not name or not value:
             raise InputError(f"{identifier}: '{part}' is not of the form name=value, e.g. \"amplitude=20 um\"")
         if name in ("where", "end", "plane", "probe"):
@@ -47,14 +47,14 @@ def parse(text: str) -> Effect:
 
 
 def from_setting(setting: EffectSetting) -> Effect:
-    """Turn an ``[[effect]]`` section of a machine file into an effect (raises as `parse`)."""
-    with _stated(setting):
+    """Return the effect of an ``[[effect]]`` section of a machine file (raises as `parse`)."""
+    with _named_in_errors(setting):
         return _placed(declaration(setting.name), setting.where, setting.parameters)
 
 
 @contextmanager
-def _stated(setting: EffectSetting) -> Iterator[None]:
-    """Say in what is wrong that it stands in the machine file."""
+def _named_in_errors(setting: EffectSetting) -> Iterator[None]:
+    """Add to errors that the effect is in the machine file."""
     try:
         yield
     except InputError as wrong:
@@ -73,16 +73,16 @@ def _placed(found: EffectDeclaration, where: str | None, values: Mapping[str, An
 
 
 def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, ...]:
-    """Return the machine's own effects and some more, checked against the machine and against each other.
+    """Return the machine's own and additional effects, checked against the machine and against each other.
 
     Raises
     ------
     InputError
-        If a place does not exist, or an effect stands at one place more often than it can.
+        If a place does not exist, or has more instances of an effect than allowed.
     """
     own = tuple(from_setting(setting) for setting in machine.effects)
     for setting, effect in zip(machine.effects, own, strict=True):
-        with _stated(setting):
+        with _named_in_errors(setting):
             effect.check_place(machine)
     further = tuple(more)
     for each in further:
@@ -93,10 +93,10 @@ def all_effects(machine: Machine, more: Iterable[Effect] = ()) -> tuple[Effect, 
 
 def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Effect]) -> None:
     standing: Counter[tuple[object, ...]] = Counter()
-    stated = {key for each in own for key in _standings(machine, each)}
+    stated = {key for each in own for key in _occupied(machine, each)}
     for count, each in enumerate((*own, *more)):
         name = each.identifier()
-        for key in _standings(machine, each):
+        for key in _occupied(machine, each):
             standing[key] += 1
             if standing[key] <= each.most:
                 continue
@@ -110,10 +110,10 @@ def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Eff
             raise InputError(f"{name} is given twice for '{each.where}'; it acts once at a place: {cure}")
 
 
-def _standings(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
-    """Return what an effect takes up of a machine, of which each holds `most`; nothing where its like add up."""
+def _occupied(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:
+    """Return the keys of the places that an effect occupies, of which each holds `most`; none where instances add up."""
     if not (effect.slots or effect.once):
         return []
-    # words tell apart what acts beside each other (crosstalk into either probe), but not what shares compiled slots
+    # choices distinguish effects that act side by side (crosstalk into either probe), but not ones with common compiled slots
     words = () if effect.slots else tuple(getattr(effect, each.name) for each in effect.parameters() if each.choices)
     return [(effect.identifier(), place, *words) for place in effect.standing_places(machine)]

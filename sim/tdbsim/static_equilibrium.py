@@ -1,4 +1,4 @@
-"""Where a bearing's balls balance a load: Newton's method on a convex potential, many instants at once."""
+"""Static equilibrium of a bearing's balls under load: Newton's method on a convex potential, vectorised over instants."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ Array = NDArray[np.float64]
 Potential = Callable[[Array, NDArray[np.intp]], tuple[Array, Array, Array, Array]]
 
 _RESIDUAL = 1e-11  # of the load or of the sum of the ball loads, whichever is greater
-_LEVENBERG = 1e-10  # of the mean stiffness: finite steps along directions in which no ball is loaded
+_LEVENBERG = 1e-10  # of the mean stiffness, added: finite steps in directions in which no ball is loaded
 _ITERATIONS = 200
 
 
 def static_equilibrium(potential: Potential, start: Array, load: Array, reach: float, what: str) -> Array:
     """Return the displacements at which the gradient of the potential equals the load.
 
-    Hertz springs that only push have a convex potential, so that a step which lowers potential less work of the load
-    always exists and there is one balance of forces.
+    Compression-only Hertz springs have a convex potential, so a step that lowers the potential less the work of the load always
+    exists, and the equilibrium is unique.
 
     Parameters
     ----------
     potential : callable
-        Of displacements (k, d) and the indices (k,) of the instants meant.
+        Of displacements (k, d) and indices (k,) of the instants.
     start, load : (k, d) array
         First guess and load, in coordinates of one unit (angles times a radius, moments over it).
     reach : float
         Longest step, in the same unit.
     what : str
-        What is loaded, for the message.
+        Name of the loaded part in the message.
 
     Raises
     ------
     InputError
-        If a load finds no balance: the balls cannot carry it.
+        If there is no equilibrium: the balls cannot carry a load.
     """
     where = np.array(start, dtype=float)
     open_ = np.arange(len(where))
@@ -63,7 +63,7 @@ def static_equilibrium(potential: Potential, start: Array, load: Array, reach: f
 def _newton_step(residual: Array, curvature: Array, reach: float) -> Array:
     d = residual.shape[1]
     mean = np.trace(curvature, axis1=1, axis2=2) / d
-    loose = mean <= 0  # no ball is loaded: go along the load until one is
+    loose = mean <= 0  # no ball is loaded: step along the load until one is
     regular = curvature + np.where(loose, 1.0, _LEVENBERG * mean)[:, None, None] * np.eye(d)
     step = -np.linalg.solve(regular, residual[..., None])[..., 0]
     length = np.linalg.norm(step, axis=1)
@@ -74,7 +74,7 @@ def _newton_step(residual: Array, curvature: Array, reach: float) -> Array:
 def _shortened(
     potential: Potential, where: Array, index: NDArray[np.intp], load: Array, step: Array, merit: Array, size: Array
 ) -> Array:
-    """Return by how much each step (k, d) is to be shortened so that it lowers the merit or the residual."""
+    """Return the factor on each step (k, d) with which it lowers the merit or the residual."""
     share = np.ones(len(where))
     todo = np.arange(len(where))
     for _ in range(40):

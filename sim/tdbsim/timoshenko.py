@@ -1,4 +1,4 @@
-"""The beam element: Timoshenko's shaft between two nodes of one plane, in (v, psi) at each.
+"""The Timoshenko beam element between two nodes of one plane, with (v, psi) at each.
 
 H. D. Nelson, A finite rotating shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793-803.  The
 shape functions are exact for loads at the ends; the shear force is constant along the element.
@@ -35,11 +35,11 @@ def shape_functions(xi: Array, length: Array, shear: Array) -> tuple[Array, Arra
     Parameters
     ----------
     xi : array
-        Place in the element, z/length, 0 to 1.
+        Position in the element, z/length, 0 to 1.
     length : array
         Of the element, m.
     shear : array
-        Shear parameter 12 E I/(kappa G A length^2); 0 makes the beam of Euler and Bernoulli.
+        Shear parameter 12 E I/(kappa G A length^2); 0 for the Euler-Bernoulli beam.
     """
     over = 1 / (1 + shear)
     deflection = [
@@ -65,7 +65,7 @@ def element_matrices(
     Parameters
     ----------
     length, shear : (elements,) arrays
-        As of `shape_functions`.
+        As in `shape_functions`.
     bending : (elements,) array
         Bending stiffness E I, N m^2.
     line_mass, line_inertia : (elements,) arrays
@@ -86,4 +86,8 @@ def element_matrices(
         np.einsum("ei,ej->eij", curving, curving)
         + (3 / (1 + shear))[:, None, None] * np.einsum("ei,ej->eij", shearing, shearing)
     )
-    return translatory + rotary, stiffness, 2 * rotary  # polar inertia of a round section is twice the diametral
+    return (
+        translatory + rotary,
+        stiffness,
+        2 * rotary,
+    )  # the polar inertia of a circular section is twice the diametral one

@@ -1,7 +1,6 @@
-"""Angles of shaft and inner rings in rows of one array, and cosines and sines that follow them in small steps.
+"""Angles of shaft and inner rings in rows of one array, with incrementally updated cosines and sines.
 
-Lanes are the shaft, the inner rings of both ends, and some that stay zero; cosines and sines are those of the shaft's angle and
-of the cages'.
+Lanes are the shaft, the inner rings of both ends, and padding zeros; cosines and sines are those of shaft and cages.
 """
 
 from __future__ import annotations
@@ -18,12 +17,12 @@ from tdbsim.mode_rows import LANES
 
 ANGLE, SPIN, COSINES, SINES, RATIO, TURNING_STOP = range(0, 6 * LANES, LANES)
 TURNING_STATE = RATIO
-SMALL_TURN = 0.1  # rad
+SMALL_TURN = 0.1  # rad; up to it a series is accurate
 
 
 @inlined
 def turning_rows(m, y):  # type: ignore[no-untyped-def]
-    """Return the rows with the model's and the state's numbers; cosines and sines are still to be set."""
+    """Return the rows filled from model and state, except cosines and sines."""
     rows = np.zeros(TURNING_STOP)
     n = len(m.square)
     for k in range(3):
@@ -67,7 +66,7 @@ def turned_on(cosine, sine, turn):  # type: ignore[no-untyped-def]
 
 @inlined
 def turn_on(rows, axes, tau, columns):  # type: ignore[no-untyped-def]
-    """Advance angles, cosines and sines by the spins; a series does for turns that are small, and usual ones are."""
+    """Advance angles, cosines and sines by the spins, by a series for small turns, which are the usual ones."""
     fastest = max(abs(rows[SPIN]), abs(rows[SPIN + 1]), abs(rows[SPIN + 2]))
     for k in range(axes):
         rows[ANGLE + k] += tau * rows[SPIN + k]

@@ -1,8 +1,8 @@
-"""Units at the edges: text with a unit in, SI numbers out.  Nothing behind this module sees a unit.
+"""Conversion of units at input: text with a unit to SI numbers.  No other module sees a unit.
 
-Three traps of general unit libraries are closed here.  In this field ``mil`` is a thousandth of an inch, never an
-angle.  Speeds and frequencies are counted in cycles per second: ``rpm`` is divided by 60 and ``rad/s`` by 2 pi.
-``pk-pk`` and ``0-pk`` are no units; they are split off (`split_kind`) and kept as what they are.
+Three traps of general unit libraries are avoided.  In this field ``mil`` is a thousandth of an inch, never an angle.  Speeds and
+frequencies are in cycles per second: ``rpm`` is divided by 60 and ``rad/s`` by 2 pi.  ``pk-pk`` and ``0-pk`` are not units; they
+are split off (`split_kind`) and kept separately.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from tdbsim.errors import InputError
 
 _KINDS = {"pp": "pk-pk", "p-p": "pk-pk", "pkpk": "pk-pk", "pk-pk": "pk-pk", "pk": "0-pk", "0-pk": "0-pk", "rms": "rms"}
 
-# what data acquisition systems write, and what it means
+# spellings of data acquisition systems, and their meaning
 _VENDOR = {
     "mil": "thou", "mils": "thou", "volts": "volt", "volt": "volt", "micron": "micrometer", "microns": "micrometer",
     "mue": "micrometer", "mikrometer": "micrometer", "mikron": "micrometer",
@@ -26,16 +26,16 @@ _VENDOR = {
     "counts": "dimensionless", "%": "percent", "-": "dimensionless", "": "dimensionless", "1": "dimensionless",
 }  # fmt: skip
 
-# products that are written together; here capitals matter, since nm is a length
+# products written without a space; case matters here, since nm is a length
 _TOGETHER = {"Nm": "N m", "mNm": "mN m", "kNm": "kN m", "Ns/m": "N s/m", "kNs/m": "kN s/m", "Nmm": "N mm", "kgm": "kg m",
              "kgm^2": "kg m^2", "gmm": "g mm", "kgmm": "kg mm", "gcm": "g cm"}  # fmt: skip
 
-# a count of turns over a time, as English, German and French instruments write it; alone or in brackets, as in mV/(U/min)
+# revolutions per unit of time in English, German and French notation; alone or in brackets, as in mV/(U/min)
 _TURNS = re.compile(
     r"(?i)(?:^|(?<=\())(?:cycles?|cyc|revs?|r|u|umdr\.?|umdrehungen|tr|tours?|1)?\s*/\s*"
     r"(?:(?P<minute>min(?:utes?)?\.?)|s|secs?|seconds?|sek\.?|sekunden?)(?=$|\))"
 )
-_COUNTED = ("Hz", "V s")  # SI units in which a turn is one, not 2 pi: a speed, and the volts of a speed signal a hertz
+_COUNTED = ("Hz", "V s")  # SI units in which a turn counts 1, not 2 pi: speed, and volts of a speed signal per hertz
 
 _COMMA = re.compile(r"^(\s*[-+]?\d+),(\d+)")  # a decimal comma
 _NUMBER = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(.*?)\s*$")
@@ -58,7 +58,7 @@ def split_kind(unit: str) -> tuple[str, str | None]:
 
 def _spelling(unit: str) -> str:
     text = unit.strip().replace("µ", "u").replace("μ", "u").replace("°", "deg").replace("²", "^2").replace("³", "^3")
-    text = text.replace("æ", "u").replace("⁻¹", "^-1")  # æ is what the µ of DOS becomes on Windows
+    text = text.replace("æ", "u").replace("⁻¹", "^-1")  # the µ of a DOS code page is read as æ on Windows
     if text.lower() in _VENDOR:
         return _VENDOR[text.lower()]
     text = _TURNS.sub(lambda found: "rpm" if found["minute"] else "hertz", text)
@@ -74,7 +74,7 @@ def scale(unit: str, si: str) -> float:
     Parameters
     ----------
     unit : str
-        As a person or an instrument writes it: ``"um"``, ``"mil"``, ``"rpm"``, ``"g mm"``.
+        As written by people or instruments: ``"um"``, ``"mil"``, ``"rpm"``, ``"g mm"``.
     si : str
         The SI unit wanted, e.g. ``"m"``, ``"Hz"``, ``"rad"``, ``"V/m"``, ``"1"``.
 
@@ -111,7 +111,7 @@ def scale(unit: str, si: str) -> float:
 
 
 def to_si(value: Any, si: str) -> float:
-    """Turn a number (already SI) or a text such as ``"250 um"`` into SI.
+    """Convert a number (already SI) or a text such as ``"250 um"`` to SI.
 
     Raises
     ------
@@ -146,13 +146,13 @@ def to_si(value: Any, si: str) -> float:
 
 
 def is_bare(value: Any) -> bool:
-    """Tell whether a quantity is stated without a unit, as a number or as a text (``"135"``)."""
+    """Return whether a quantity is stated without a unit, as a number or as a text (``"135"``)."""
     found = _NUMBER.match(value) if isinstance(value, str) else None
     return not isinstance(value, str) or (found is not None and not found.group(2))
 
 
 def is_unit(unit: str) -> bool:
-    """Tell whether a text is a unit of any quantity, or an amplitude's (``um pp``)."""
+    """Return whether a text is a unit of any quantity, or of an amplitude (``um pp``)."""
     spelled, kind = split_kind(unit)
     try:
         _registry().Quantity(1.0, _spelling(spelled))

@@ -1,4 +1,4 @@
-"""How long the steps of the splitting may be on a machine."""
+"""Admissible step of the splitting for a machine."""
 
 from __future__ import annotations
 
@@ -30,15 +30,15 @@ if TYPE_CHECKING:
     from tdbsim.drop_model import DropModel
 
 _LONGEST = 25e-6  # s
-_SHORTEST = 1e-8  # s, with which a usual drop takes minutes; no machine asks for it
+_SHORTEST = 1e-8  # s, with which a usual drop takes minutes; no real machine needs it
 _DEPTH = 5e-6  # m, of an ordinary contact
-_TURN = 0.75  # rad, that a ring may swing in a step; beyond, the error grows as the fifth power and more
-_WITH_SHAFT = 1.25  # rad, that ring and shaft may swing on each other: there a first force is right to 0.3 %
-# rad, that the rings may swing on balls, support and foundation; a step of three times as much runs away, and those in free
-# flight and of long coast-downs are twice the usual one each
+_TURN = 0.75  # rad, phase of a ring's oscillation per step; beyond, the error grows with the fifth power and more
+_WITH_SHAFT = 1.25  # rad, phase per step of ring and shaft on their contact: the first force is then right to 0.3 %
+# rad, phase per step of the rings on balls, support and foundation; three times as much is unstable, and steps in free flight
+# and of long coast-downs are each twice the usual one
 _RINGS = 2.5
-_SHORTER = 1.5  # rad, where that is too much
-# what a damper may take in a step, as exponents of what is left: kicks that go back in time give as much, and multiply errors
+_SHORTER = 1.5  # rad, aimed at where that is exceeded
+# greatest exponents of damping in a step: kicks backward in time amplify by as much, and errors with it
 _STRUCK, _ROLLED, _YIELDED = 0.6, 2.8, 8.0
 _OF = (
     "contact_stiffness and inner_ring_mass",
@@ -51,17 +51,16 @@ _OF = (
 
 
 def usual_step(model: DropModel) -> float:
-    """Return the step, s, at which a drop is right to some nanometres at its first contacts.
+    """Return the step, s, with which a drop is accurate to some nanometres at its first contacts.
 
-    It goes by the fastest motions that the splitting does not follow exactly.  Mostly that is the swing of an inner ring on the
-    stiffness of its contact with the shaft: a light ring asks for short steps.  So do a shaft as light as the rings, a
-    support, a foundation or balls as stiff as if they were rigid, and strong dampers: steps are then a whole part of what they
-    were.
+    It depends on the fastest motions that the splitting does not integrate exactly.  Mostly that is the oscillation of an inner
+    ring on the stiffness of its contact with the shaft: a light ring needs short steps.  So do a shaft as light as the rings,
+    nearly rigid balls, supports or foundations, and strong dampers: the step is then divided by an integer.
 
     Raises
     ------
     InputError
-        If a drop could not be simulated in a reasonable time, which no machine's values ask for.
+        If a drop could not be simulated in a reasonable time, which only wrong values cause.
     """
     ends = model.machine.touchdown_bearings
     stiffness = [_contact(bearing) for bearing in ends]
@@ -89,19 +88,19 @@ def _contact(bearing: TouchdownBearing) -> float:
 
 
 def _turns(row: Sequence[float], contact: float, exponent: float, own: float, step: float) -> tuple[float, ...]:
-    """Return in how many parts of a step at least what swings or is damped at an end, in the order of `_OF`.
+    """Return into how many parts the step must be divided for each oscillation and damper of an end, in the order of `_OF`.
 
-    `row` : columns of the end; `contact` : stiffness of shaft on ring, N/m; `own` : what a unit of impulse makes of the shaft's
-    velocity there, 1/kg.
+    `row` : columns of the end; `contact` : stiffness of shaft on ring, N/m; `own` : change of the shaft's velocity there per unit
+    of impulse, 1/kg.
     """
     ring, outer, base = 1 / row[RING_MASS], 1 / row[SUPPORT_MASS], row[FOUNDATION_MOBILITY]
     force, light = contact * _DEPTH / exponent, own + ring
-    # stiffness of the balls under that force, or as they are preloaded
+    # stiffness of the balls under that force, or by their preload
     balls = 1.5 * row[BALL_STIFFNESS] ** (2 / 3) * force ** (1 / 3)
     preloaded = 1.5 * row[BALL_STIFFNESS] * math.sqrt(max(-row[HALF_CLEARANCE], 0.0)) * row[BALL_COUNT] / 2
     middle, half = (row[SUPPORT_XX] + row[SUPPORT_YY]) / 2, (row[SUPPORT_XX] - row[SUPPORT_YY]) / 2
     support = middle + math.hypot(half, row[SUPPORT_XY])
-    # the squares of all natural frequencies of rings and foundation together, of which the highest is the most
+    # sum of the squared natural frequencies of rings and foundation, an upper bound of the highest
     squares = max(balls, preloaded) * (ring + outer) + support * (outer + base) + row[FOUNDATION_STIFFNESS] * base
     swung = step * math.sqrt(squares)
     return (

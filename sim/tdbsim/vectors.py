@@ -1,8 +1,8 @@
-"""Eight numbers as one, for kernels that take eight drops side by side: one instruction works on all of them.
+"""Explicit vectors of eight numbers, for kernels that integrate eight drops side by side.
 
-numba leaves it to the compiler whether a loop becomes vectors.  Here a value *is* a vector, also on processors whose own are
-shorter, of which the compiler then takes several; and what is written for numbers without branches works on vectors too.
-Where numbers would branch, `where` selects, by masks.
+numba leaves vectorisation of loops to the compiler.  Here a value *is* a vector, also on processors with shorter registers, of
+which the compiler then uses several; and branch-free scalar code works on vectors too.  In place of branches, `where` selects
+by masks.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _NUMBERS, _WHOLES, _TRUTHS = (ir.VectorType(kind, LANES) for kind in (ir.DoubleT
 
 
 class _Vector(types.Type):
-    """Eight numbers, whole numbers or truths."""
+    """Type of a vector of eight floats, integers or booleans."""
 
     def __init__(self, name: str, kind: Any) -> None:
         super().__init__(name)
@@ -41,7 +41,7 @@ class _VectorModel(models.PrimitiveModel):
 
 
 def _spread(builder: Any, value: Any) -> Any:
-    """Return a number in all lanes; a vector as it is."""
+    """Return a scalar in all lanes; a vector unchanged."""
     if isinstance(value.type, ir.VectorType):
         return value
     kind, place = ir.VectorType(value.type, LANES), ir.IntType(32)
@@ -53,7 +53,7 @@ def _spread(builder: Any, value: Any) -> Any:
 
 
 def _define(function: Any, emit: Callable[..., Any], result: Any, *arguments: Any) -> None:
-    """Let a function of Python work on vectors; of two, one may be a number."""
+    """Overload a Python function for vectors; of two arguments one may be a scalar."""
     kinds = [arguments]
     single = {vector: types.float64, whole: types.int64}.get(arguments[0])
     if single is not None and len(arguments) == 2:
@@ -120,9 +120,9 @@ for _function, _sign in _COMPARISONS.items():
 
 @intrinsic
 def address(typing, array):  # type: ignore[no-untyped-def]
-    """Return where the numbers of an array stand; kernels that hand it on count no references, which takes longer than work.
+    """Return the address of an array's data; passing it on avoids reference counting, which costs more than the work.
 
-    The array must be used after the last use of that.
+    The array itself must be used after the last use of the address.
     """
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
@@ -133,7 +133,7 @@ def address(typing, array):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def beyond(typing, place, count):  # type: ignore[no-untyped-def]
-    """Return the place so many numbers beyond."""
+    """Return the address `count` numbers further."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.gep(args[0], [args[1]])
@@ -147,7 +147,7 @@ def _eight(builder: Any, place: Any, at: Any) -> Any:
 
 @intrinsic
 def load(typing, place, at):  # type: ignore[no-untyped-def]
-    """Return the eight numbers at a place."""
+    """Return the eight numbers at an address plus `at`."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.load(_eight(builder, *args), align=8)
@@ -157,7 +157,7 @@ def load(typing, place, at):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def store(typing, place, at, value):  # type: ignore[no-untyped-def]
-    """Write eight numbers to a place."""
+    """Write eight numbers to an address plus `at`."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         builder.store(_spread(builder, args[2]), _eight(builder, *args[:2]), align=8)
@@ -169,7 +169,7 @@ def store(typing, place, at, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def gather(typing, place, where_to):  # type: ignore[no-untyped-def]
-    """Return the numbers so many beyond a place, each its own."""
+    """Return numbers at an address plus a different offset in each lane."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         found = ir.Constant(_NUMBERS, ir.Undefined)
@@ -185,7 +185,7 @@ def gather(typing, place, where_to):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def lane_numbers(typing):  # type: ignore[no-untyped-def]
-    """Return 0, 1, 2 ..."""
+    """Return the lane numbers 0, 1, 2 ..."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return ir.Constant(_WHOLES, [ir.Constant(ir.IntType(64), k) for k in range(LANES)])
@@ -195,7 +195,7 @@ def lane_numbers(typing):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def as_bits(typing, value):  # type: ignore[no-untyped-def]
-    """Return the bits of numbers."""
+    """Return the bit patterns of floats as integers."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.bitcast(args[0], _WHOLES)
@@ -205,7 +205,7 @@ def as_bits(typing, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def of_bits(typing, value):  # type: ignore[no-untyped-def]
-    """Return numbers of such bits."""
+    """Return the floats of bit patterns."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.bitcast(args[0], _NUMBERS)
@@ -215,7 +215,7 @@ def of_bits(typing, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def where(typing, which, there, elsewhere):  # type: ignore[no-untyped-def]
-    """Return `there` in the lanes of a mask, `elsewhere` in the others; vectors, or numbers for all lanes."""
+    """Return `there` in the lanes of a mask, `elsewhere` in the others; vectors, or scalars for all lanes."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.select(args[0], _spread(builder, args[1]), _spread(builder, args[2]))
@@ -226,7 +226,7 @@ def where(typing, which, there, elsewhere):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def spread(typing, value):  # type: ignore[no-untyped-def]
-    """Return a number in all lanes."""
+    """Return a scalar in all lanes."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return _spread(builder, args[0])
@@ -236,7 +236,7 @@ def spread(typing, value):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def bits(typing, which):  # type: ignore[no-untyped-def]
-    """Return a mask as a whole number: bit k is lane k's."""
+    """Return a mask as an integer: bit k is lane k's."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.zext(builder.bitcast(args[0], ir.IntType(LANES)), ir.IntType(64))
@@ -246,7 +246,7 @@ def bits(typing, which):  # type: ignore[no-untyped-def]
 
 @intrinsic
 def masked(typing, which):  # type: ignore[no-untyped-def]
-    """Return the mask of a whole number's bits."""
+    """Return the mask of an integer's bits."""
 
     def emit(context, builder, sig, args):  # type: ignore[no-untyped-def]
         return builder.bitcast(builder.trunc(args[0], ir.IntType(LANES)), _TRUTHS)

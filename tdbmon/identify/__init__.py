@@ -1,1 +1,1 @@
-"""A machine model fitted to records of drops: what no sensor measured follows from it."""
+"""A machine model fitted to records of drops, and the unmeasured quantities that follow from it."""

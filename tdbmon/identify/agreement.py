@@ -1,8 +1,8 @@
-"""A drop as measured against the drop as simulated: displacement at both ends, contact times, what is left.
+"""Measured against simulated drop: displacement at both ends, contact times, residuals.
 
-Measured and simulated readings go through the same steps: the rigid line through the probes carries both to the bearing
-planes, and one level of displacement tells the contacts of both.  What the model's own force says of the contacts stands
-beside them.  Up to the horizon of the fit the agreement was sought; beyond it nothing was fitted.
+Both sets of readings are processed alike: a rigid line through the probes carries them to the bearing planes, and contacts
+are detected by the same displacement threshold.  The contacts by the simulated normal force stand beside them.  The model was
+fitted up to the fit's horizon only; beyond it the comparison is a prediction.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ from tdbmon.runs import runs_of
 Array = NDArray[np.float64]
 
 _SECONDS = 0.2  # shown after the release, as far as the record goes
-_HORIZONS = (0.012, 0.025, 0.06, 0.1, 0.2)  # s after the release, for which what is left is stated
+_HORIZONS = (0.012, 0.025, 0.06, 0.1, 0.2)  # s after the release, to which the residual is stated
 
 
 @dataclass(frozen=True)
 class ContactPair:
-    """A contact as measured and as simulated, s after the release; None where the other has none.
+    """A contact as measured and as simulated, s after the release; None where one of the two has no such contact.
 
     Attributes
     ----------
     measured, simulated : Contact or None
-        By the displacement's passing of the touching radius.
+        Detected where the displacement exceeds the touching radius.
     force : tuple of float or None
-        Begin and end of the simulated normal force in that contact.
+        Start and end of the simulated normal force within that contact.
     """
 
     measured: Contact | None
@@ -57,14 +57,14 @@ class EndAgreement:
     plane : str
         ``"bearing"``, or ``"probe"`` where the rigid line could not be drawn.
     measured, simulated : (2, k) arrays
-        x and y from the bearing's fitted centre, m.
+        x and y relative to the bearing's fitted centre, m.
     noise : (2,) array
         Standard deviation of the noise of x and y, m.
     gap, touching : float
-        Fitted radial gap, and with the balls' play: the radius at which the shaft touches a ring that hangs at the bottom of
-        its balls, m.
+        Fitted radial gap, and that plus the balls' play: the radius at which the shaft touches a ring that has dropped by its
+        radial clearance, m.
     contacts : tuple of ContactPair
-        In the order of time, as far as the drop was simulated.
+        In order of time, as far as the drop was simulated.
     """
 
     end: str
@@ -91,13 +91,13 @@ class Agreement:
     name : str
         The record's file.
     fitted_to : float
-        s after the release: beyond it nothing was fitted.
+        Horizon of the fit, s after the release.
     time : (k,) array
         s after the fitted release.
     ends : dict
-        By the end's name; those whose orbit the probes show.
+        By the end's name; only ends whose orbit the probes determine.
     residuals : tuple of Residual
-        Of the probes' readings, to growing horizons.
+        Of the probes' readings, to increasing horizons.
     """
 
     name: str
@@ -108,7 +108,7 @@ class Agreement:
 
 
 def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS) -> Agreement:
-    """Simulate a calibrated drop on from its fitted state, and hold the record against it.
+    """Simulate a calibrated drop beyond its fitted horizon and compare the record with it.
 
     Parameters
     ----------
@@ -121,7 +121,7 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
     Raises
     ------
     InputError
-        If the drop cannot be simulated so far.
+        If the drop cannot be simulated that far.
     """
     problem, machine = calibration.problem, calibration.calibrated
     measured = problem.drops[drop]
@@ -129,9 +129,9 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
     found = problem.simulated(calibration.point, drop, seconds)
     time, motion = found.since - own["release"], found.prediction.motion
     readings = measured.reading[:, found.span]
-    whole = np.array([bridged(row) for row in readings])  # a contact is one, though its peak be cut off
+    whole = np.array([bridged(row) for row in readings])  # a contact whose peak is cut off is still one contact
     planes = [at_planes(rows, time, measured, machine) for rows in (readings, found.readings, whole)]
-    shown = np.isfinite(planes[1].displacement.to_numpy()).any(axis=(0, 1))  # the last ones are not where a sensor lags
+    shown = np.isfinite(planes[1].displacement.to_numpy()).any(axis=(0, 1))  # a lagging sensor lacks the last samples
     time, planes = time[shown], [each.isel(time=shown) for each in planes]
     forces = observed(motion).forces[:, FORCES.index("normal_force")]
     ends = {}
@@ -165,9 +165,9 @@ def agreement(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS
 
 
 def at_planes(readings: Array, time: Array, drop: MeasuredDrop, machine: Machine) -> xr.Dataset:
-    """Return readings (probes, k) carried to the bearing planes, as `tdbmon.analysis.axes.to_planes` does.
+    """Return readings (probes, k) carried to the bearing planes by `tdbmon.analysis.axes.to_planes`.
 
-    Freed first of what the machine file's effects say of the sensors; where one lags, the last samples are missing then.
+    They are first corrected for the sensor effects of the machine file; the last samples of a lagging sensor are then missing.
     """
     names = [probe.name for probe in drop.probes]
     channels = {name: ("time", row) for name, row in zip(names, readings, strict=True)}
@@ -180,7 +180,7 @@ def _probe_plane(drop: MeasuredDrop, end: str) -> float:
 
 
 def _contacts(time: Array, paths: Sequence[Array], touching: float, force: Array) -> tuple[ContactPair, ...]:
-    """Pair the contacts of the measured and the simulated path that overlap in time, by their begin: one may lift off between."""
+    """Pair measured and simulated contacts that overlap in time, by the nearest start: a lift-off may split one of them."""
     after = time > 0
     t = time[after]
     seen = [contact_events(t, path[:, after].T, np.hypot(*path[:, after]), touching) for path in paths]
@@ -203,7 +203,7 @@ def _start(pair: ContactPair) -> float:
 
 
 def _force_within(spans: Sequence[tuple[float, float]], contact: Contact) -> tuple[float, float] | None:
-    """Return begin and end of the force in a contact, breaks within it passed over."""
+    """Return start and end of the force within a contact, interruptions ignored."""
     inside = [(a, b) for a, b in spans if a < contact.end and b > contact.start]
     return (inside[0][0], inside[-1][1]) if inside else None
 

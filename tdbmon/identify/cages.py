@@ -1,7 +1,7 @@
-"""Cages and rings turned to where they suit.
+"""Search for the angles of cages and rings at the release.
 
-A contact depends on the cages' angles in a wavy way, so they are searched over all of a ball's spacing, everything else
-adapting linearly.  So are the phases, at the release, of lobes and waves that turn with a ring.
+The contact forces are periodic in the cage angle, so it is searched over a whole ball spacing, with all other parameters
+solved for linearly.  The phases, at the release, of lobes and waves that turn with a ring are searched likewise.
 """
 
 from __future__ import annotations
@@ -20,27 +20,27 @@ from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 
-_WORTH = 0.9  # of what is left at the present angle, that another must get below
-_GRID = 8  # angles tried over a ball's spacing, an end
-_NUMBERED_GRID = 4  # the same where one ball differs from the others, and the whole circle is searched
-_PHASES = 8  # tried of what turns with a ring
+_WORTH = 0.9  # of the misfit at the present angle: another angle must get below it
+_GRID = 8  # angles tried per ball spacing
+_NUMBERED_GRID = 4  # the same where one ball differs from the others, so that the whole circle is searched
+_PHASES = 8  # tried per period of a lobe or wave that turns with a ring
 
 
 def turn_cages(problem: Problem, found: Fit, horizon: float) -> Array:
-    """Return the fitted point with each drop's cages and rings at the angles that suit best once all else has adapted.
+    """Return the fitted point with each drop's cages and rings at the angles of least misfit, the rest solved for linearly.
 
-    Each by itself, and that linearly: the ends' first contacts hardly know of each other.
+    The angles are searched one after the other, since the first contacts of the two ends hardly affect each other.
     """
     point = found.point.copy()
     columns = [len(problem.shared) + k for k in turning(problem)]
-    turned = problem.each(lambda drop: _turned(problem, found, drop, horizon, columns))
+    turned = problem.each(lambda drop: _best_angles(problem, found, drop, horizon, columns))
     for drop, angles in enumerate(turned):
         point[problem.columns(drop)[columns]] = angles
     return point
 
 
 def better_cages(problem: Problem, found: Fit, horizon: float, linearisations: int) -> Fit:
-    """Return a fit with its cages turned and fitted anew, or as it was where that is no better."""
+    """Return the fit repeated from turned cages, or the given fit where that is no better."""
     try:
         turned = fit(problem, turn_cages(problem, found, horizon), horizon, linearisations)
     except InputError:
@@ -48,8 +48,8 @@ def better_cages(problem: Problem, found: Fit, horizon: float, linearisations: i
     return min(found, turned, key=lambda each: each.misfit)
 
 
-def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: list[int]) -> Array:
-    """Return the best angles of what turns in a drop, in the coordinates of the point."""
+def _best_angles(problem: Problem, found: Fit, drop: int, horizon: float, columns: list[int]) -> Array:
+    """Return a drop's cage and ring angles of least misfit, in the coordinates of the point."""
     where = problem.columns(drop)
     base, jacobian = found.residuals[drop], found.slopes[drop]
     others = ~np.isin(np.arange(len(where)), columns)
@@ -78,16 +78,16 @@ def _turned(problem: Problem, found: Fit, drop: int, horizon: float, columns: li
 def adapting(
     residual: Array, slopes: Array, others: NDArray[np.bool_], prior: Array
 ) -> Callable[[Array, Array], float]:
-    """Return what tells the squares that residuals of a drop leave at its values once the others have adapted linearly.
+    """Return a function of residuals and values of a drop: the misfit left once the other parameters are solved for linearly.
 
     Parameters
     ----------
     residual, slopes : (m,), (m, columns) arrays
-        Of the drop, from which the others' part is known.
+        Residuals of the drop, which set the robust weights, and their Jacobian.
     others : (columns,) array of bool
-        The values that adapt.
+        The parameters that are solved for.
     prior : (columns,) array
-        Weight of what is known of each beforehand.
+        Weight of each parameter's prior.
     """
     weights, known = np.sqrt(huber(residual, spread(residual))), prior[others]
     basis, _ = np.linalg.qr(np.vstack([slopes[:, others] * weights[:, None], np.diag(known)]))
@@ -101,35 +101,35 @@ def adapting(
 
 
 def turning(problem: Problem) -> list[int]:
-    """Return which of a drop's own parameters are angles of its rings and cages at the release."""
+    """Return the indices of the angles of rings and cages at the release among a drop's own parameters."""
     own = [p.name for p in problem.own[0]]
     return [*(own.index(name) for name in _phases(problem)), *(own.index(f"cage_{end}") for end in range(2))]
 
 
 def circle(problem: Problem, angle: Parameter) -> tuple[Array, float]:
-    """Return the offsets to try of such an angle, and its period, in its spans."""
+    """Return the offsets at which such an angle is tried, and its period, both in the parameter's scale."""
     if not angle.name.startswith("cage_"):
         period = 2 * math.pi / angle.scale
         return np.arange(_PHASES) * period / _PHASES, period
     end = int(angle.name.removeprefix("cage_"))
     balls = problem.model.machine.touchdown_bearings[end].balls.count
-    # two spans are a ball's spacing; where the balls have numbers, it takes the whole circle
+    # a ball spacing is two scales; where the balls are numbered, the period is the whole circle
     if _numbered(problem, end):
         return np.arange(_NUMBERED_GRID * balls) * 2 / _NUMBERED_GRID, 2.0 * balls
     return np.arange(_GRID) * 2 / _GRID, 2.0
 
 
 def _phases(problem: Problem) -> list[str]:
-    """Return the names of the phases that each drop has of its own, of what moves the shaft."""
+    """Return the names of the per-drop phases of effects that act on the motion."""
     return [p.name for each in problem.free for p in each.own(0) if p.moves]
 
 
 def _numbered(problem: Problem, end: int) -> bool:
-    """True where an effect makes the balls of an end differ."""
+    """True where an effect makes the balls of an end differ from each other."""
     name = problem.model.machine.ends[end]
     if any(each.each_held and each.where in (name, "both") for each in problem.free):
         return True
-    # of those that the machine file carries, one that gives a ball its number
+    # effects of the machine file that refer to a ball by its number
     return any(
         each.where in (name, "both") and any(p.whole and p.per_drop for p in each.parameters())
         for each in problem.standing

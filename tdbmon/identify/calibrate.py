@@ -1,10 +1,10 @@
-"""Fit a machine's model to its drops, all at once, from the first contacts onwards.
+"""Fit a machine's model to all of its drops at once, from the first contacts onwards.
 
-Least squares of what the probes read against what a simulation would have them read, in units of the noise, with what
-the machine file knows beforehand.  A long stretch fitted at once sticks in wrong minima, so the horizon grows: just past
-the first contact, then further (`tdbmon.identify.follow`).  Trajectories with impacts part exponentially, and so the
-model's error grows: later samples count less.  What a fit leaves beyond noise, and how fits to shorter and longer
-horizons differ, widens the intervals (`tdbmon.identify.certainty`).
+Least squares of measured less simulated probe readings in units of the noise, with the machine file's tolerances as prior.
+A long stretch fitted at once ends in wrong minima, so the horizon grows: from just past the first contact outwards
+(`tdbmon.identify.follow`).  Trajectories with impacts diverge exponentially and the model's error with them, so later
+samples have less weight.  The misfit beyond noise, and the differences between fits to shorter and longer horizons, widen
+the intervals (`tdbmon.identify.certainty`).
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from tdbmon.progress import Progress, silent
 
 Array = NDArray[np.float64]
 
-_EARLY = 0.025  # s in a usual gap; further on the path of one drop may part, and not those of the others
-TRUSTED = 0.06  # s in a usual gap: further on trajectories part
-# times the noise, up to which a model explains drops altogether; scales a tenth off leave several times
+_EARLY = 0.025  # s in a usual gap; later the simulated path of a single drop may diverge from the measured one
+TRUSTED = 0.06  # s in a usual gap; later trajectories diverge
+# rms residual over noise up to which a model explains the drops fully; scales wrong by a tenth give several times that
 _NOISE_ALONE = 1.3
-_UNDETERMINED = 0.7  # of the standard deviation known beforehand
-_PARTNER = 0.4  # correlation from which on a value is named as partner
+_UNDETERMINED = 0.7  # of the prior standard deviation
+_PARTNER = 0.4  # least correlation of a value that is named as partner
 
 
 def fit_drops(
@@ -53,20 +53,20 @@ def fit_drops(
     progress: Progress = silent,
     workers: int = 1,
 ) -> Calibration:
-    """Calibrate a machine's model to one or more of its drops.
+    """Calibrate a machine's model on one or more of its drops.
 
     Parameters
     ----------
     machine : Machine
-        Its tolerances say which values may move and how far.
+        Its tolerances state which values are fitted and within what bounds.
     records : sequence of Dataset
         As `tdbmon.record.read.read` gives them, of this machine in one condition.
     horizons : sequence of float, optional
-        s after the release, growing, those of `tdbmon.identify.stages` unless given; beyond the shortest record none is fitted.
+        s after the release, increasing; by default those of `tdbmon.identify.stages`.  None beyond the shortest record is used.
     progress : callable, optional
-        Is told the name of each step as it begins.
+        Called with the name of each step as it begins.
     workers : int
-        Processes that take part (see `tdbmon.identify.crew.Crew`).
+        Number of worker processes (see `tdbmon.identify.crew.Crew`).
 
     Returns
     -------
@@ -75,8 +75,8 @@ def fit_drops(
     Raises
     ------
     InputError
-        If there is no record, one is given twice or cannot be used (`tdbmon.identify.drop.measured_drop`), or the machine
-        leaves no way to start: the levitated shaft touches at its nominal values.
+        If there is no record, one is given twice or cannot be used (`tdbmon.identify.drop.measured_drop`), or the fit cannot
+        start: the levitated shaft touches at the machine's nominal values.
     """
     began = time.monotonic()
     progress("reading levitation and noise")
@@ -98,7 +98,7 @@ def fit_drops(
         problem = replace(problem, to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
-        if mistaken is not None:  # fits of a wrong machine fail further on, where they take long
+        if mistaken is not None:  # fits of a wrong machine fail at later horizons, where they take long
             usable = [h for h in usable if h <= stages.touched] or usable[:1]
         problem, passed = followed(problem, usable, progress)
         usable = [h for h in usable if h <= passed[-1].horizon]
@@ -141,7 +141,7 @@ def fit_drops(
 
 
 def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:
-    """Return the remarks without doubts of the scales of drops that the model follows to the noise, and that these are right."""
+    """Return the remarks; where the model follows the drops to within noise, doubts about scales give way to a confirmation."""
     doubts = {doubt for drop in drops for doubt in drop.scale_doubts}
     return [remark for remark in remarks if remark not in doubts] + [
         f"{drop.name}: what the free fall says against the scales of times and probes (see free fall, probe scales) does not"
@@ -167,7 +167,7 @@ def _drop_fit(problem: Problem, point: Array, covariance: Array, drop: int, hori
 
 
 def estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Estimate]:
-    """Return the shared values at a point with the intervals of a covariance (n, n), an unbalance as amount and phase."""
+    """Return the shared values at a point, with intervals from a covariance (n, n); an unbalance as amount and phase."""
     machine, out = problem.model.machine, {}
     rule = "least squares of simulated against measured drops"
     values, _ = problem.values(point, 0)
@@ -194,10 +194,10 @@ def estimates(problem: Problem, point: Array, covariance: Array) -> dict[str, Es
 
 
 def _told_as(problem: Problem, point: Array) -> dict[str, str]:
-    """Return under which name of `estimates` each shared parameter is told.
+    """Return the name of each shared parameter in `estimates`.
 
-    An unbalance moves along and across its nominal phase, and is told by amount and phase: each part as the one of these
-    that it changes most.
+    An unbalance is fitted along and across its nominal phase but reported as amount and phase: each component takes the name of
+    the one that it changes most.
     """
     values, _ = problem.values(point, 0)
     names = {}
@@ -220,7 +220,7 @@ def _undetermined(problem: Problem, point: Array, covariance: Array) -> tuple[Un
     sigmas = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(sigmas, sigmas)
     count, found = len(problem.shared), []
-    # those without tolerance are free for the others' sake only
+    # values stated without tolerance are free only so that they do not bias the others
     stated = {p.name for p in stated_parameters(problem.model.machine)}
     for i, p in enumerate(problem.shared):
         if sigmas[i] < _UNDETERMINED or p.name in stated:

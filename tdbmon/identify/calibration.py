@@ -17,22 +17,23 @@ from tdbmon.record.finding import um
 
 Array = NDArray[np.float64]
 
-LACKS = 4.0  # times the noise, from which on the model does not explain the drops
-# of the gap, rms: paths so far apart are two.  Of synthetic drops of which the model lacked something, six fits within 8 % of
-# the gap had peak forces off by 8 % at most; of eight beyond 10 %, six were off by 35 to 88 %, with the truth outside
+LACKS = 4.0  # rms residual over noise, from which on the model does not explain the drops
+# of the gap, rms distance: paths farther apart have diverged.  On synthetic drops with an effect that the model lacked, six fits
+# within 8 % of the gap had peak forces wrong by 8 % at most; of eight beyond 10 %, six were wrong by 35 to 88 %, with the true
+# force outside the interval
 PARTED = 0.1
 
 
 @dataclass(frozen=True)
 class Residual:
-    """How far a drop is from its simulation, to one horizon.
+    """Difference between a drop and its simulation, up to one horizon.
 
     Attributes
     ----------
     horizon : float
         s after the release.
     rms : dict
-        Measured less simulated, by probe, m; a probe of which all samples are missing so far is not among them.
+        Rms of measured less simulated reading, by probe, m; without probes that have no sample up to the horizon.
     noise : dict
         Standard deviation of each probe's noise, m.
     """
@@ -43,9 +44,9 @@ class Residual:
 
     @classmethod
     def of(cls, left: Array, since: Array, drop: MeasuredDrop, horizon: float) -> Residual:
-        """Return the residual of a drop from what is left of it, (probes, k), m, NaN where a sample is missing.
+        """Return the residual of a drop from measured less simulated readings (probes, k), m, NaN where a sample is missing.
 
-        `since` is s after the release, (k,).
+        `since` is the time after the release (k,), s.
         """
         names = [probe.name for probe in drop.probes]
         here = left[:, (since >= 0) & (since <= horizon)]
@@ -59,18 +60,18 @@ class Residual:
 
     @property
     def whole(self) -> float:
-        """rms of all probes together, m."""
+        """Rms of all probes together, m."""
         return float(np.sqrt(np.mean([rms**2 for rms in self.rms.values()])))
 
     @property
     def ratio(self) -> float:
-        """rms over noise, all probes together: 1 where nothing but noise is left."""
+        """Rms over noise, all probes together: 1 where the residual is noise alone."""
         return float(np.sqrt(np.mean([(self.rms[p] / self.noise[p]) ** 2 for p in self.rms])))
 
 
 @dataclass(frozen=True)
 class DropFit:
-    """What was fitted to one drop.
+    """The fit of one drop.
 
     Attributes
     ----------
@@ -81,7 +82,7 @@ class DropFit:
     release : Estimate
         Instant, s from the record's first sample.
     residuals : tuple of Residual
-        To growing horizons.
+        To increasing horizons.
     """
 
     name: str
@@ -90,22 +91,22 @@ class DropFit:
     residuals: tuple[Residual, ...]
 
     def residual_to(self, horizon: float) -> Residual:
-        """Return the residual to the first horizon that is no shorter than this one, s."""
+        """Return the residual to the first horizon that is not shorter than this one, s."""
         return next(r for r in self.residuals if r.horizon >= horizon - 1e-9)
 
 
 @dataclass(frozen=True)
 class Undetermined:
-    """A value that the drops say little about: it stays about where the machine file puts it.
+    """A value that the drops hardly determine: it stays near the machine file's.
 
     Attributes
     ----------
     name : str
         As among the calibration's `values`.
     share : float
-        Its standard deviation over the one of the machine file's tolerance.
+        Its standard deviation over that of the machine file's tolerance.
     partners : tuple of (str, float)
-        Values that can make up for it, with their correlation.
+        Values that can compensate for it, with their correlation.
     """
 
     name: str
@@ -120,30 +121,30 @@ class Calibration:
     Attributes
     ----------
     machine, calibrated : Machine
-        As its owner wrote it; with the fitted values as nominal ones.
+        As in the machine file; with the fitted values as nominal ones.
     values : dict
         Every fitted value of machine and sensors, by name (``"NDE.friction"``).
     at_bound : tuple of str
-        Names of values that ran to the edge of their tolerance: the truth may lie beyond, or the model lacks something.
+        Names of values that ran to a bound: the true value may lie beyond, or the model lacks something.
     undetermined : tuple of Undetermined
     drops : tuple of DropFit
     horizon : float
-        s after the release, to which the drops were fitted.
+        To which the drops were fitted, s after the release.
     trusted : float
-        s after the release: the horizon that the fit trusts fully (60 ms, or less where the record is shorter).
+        Horizon up to which the fit is fully trusted, s after the release (60 ms, or less where the record is shorter).
     misfit : float
-        rms over noise of all drops to that horizon.
+        Rms over noise of all drops to that horizon.
     remarks : tuple of str
-        What was left out, and what does not fit.
+        On what was left out and what does not fit.
     seconds : float
-        That it took.
+        Time that the fit took.
     problem : Problem
     point : (n,) array
         The fitted vector in the coordinates of `problem`.
     covariance : (n, n) array
-        Of it: what the intervals of single values come from, and whole drops are drawn from.
+        Of the point; source of the intervals of single values and of the draws for ensembles.
     mistaken : str
-        What the machine file has wrong, as the drops tell it; empty where they tell of nothing.
+        The error of the machine file that the drops show; empty where they show none.
     """
 
     machine: Machine
@@ -163,7 +164,7 @@ class Calibration:
     mistaken: str = ""
 
     def no_forces(self, drop: int) -> str:
-        """Return why the forces of a drop cannot be told; empty where they can."""
+        """Return the reason why the forces of a drop are withheld; empty where they are not."""
         if self.mistaken:
             return "the drops contradict the machine file, as the fit's remarks say: forces would be those of another machine"
         left = self.drops[drop].residual_to(self.trusted)
@@ -178,7 +179,7 @@ class Calibration:
 
     @property
     def explains(self) -> bool:
-        """False where the model leaves so much that its values and forces may be off by more than their intervals."""
+        """False where the misfit is so large that values and forces may be wrong by more than their intervals."""
         return self.misfit <= LACKS
 
     def value(self, name: str, stated: float, unit: str) -> Estimate:

@@ -1,8 +1,8 @@
-"""How far the truth may lie from a fitted point, in view of what the fit leaves.
+"""Covariance of a fitted point, widened by the fit's misfit beyond noise.
 
-Were the model right and the least misfit found, noise alone would be left, and the fit's curvature would say it all.
-Misfits of paths with impacts are rugged: fits end in hollows, each steep in itself.  And no model is quite right.  What
-is left beyond noise tells of both.
+With a right model at its global minimum, residuals would be noise alone and the curvature would give the covariance.  But with
+impacts the misfit is rugged: fits end in narrow local minima, and no model is quite right.  The misfit beyond noise measures
+both.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ Array = NDArray[np.float64]
 
 
 def drift(passed: Sequence[Passed], settled: float) -> Array:
-    """Return the mean square of how far the fits to shorter horizons lie from the last, as a covariance (n, n).
+    """Return the mean outer product (n, n) of the distances of fits to shorter horizons from the last.
 
-    Were the model right, they would differ by their noise; what the model lacks pulls them apart.
+    With a right model they would differ by their noise; errors of the model pull them apart.
     """
     *earlier, last = passed
     points = [each.fit.point for each in earlier if each.horizon > settled]
@@ -42,10 +42,10 @@ def drift(passed: Sequence[Passed], settled: float) -> Array:
 
 
 def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
-    """Return the covariance (n, n) of the last fit, whose 95 % intervals reach as far as the truth may lie.
+    """Return the covariance (n, n) of the last fit, its 95 % intervals widened to where the true values may lie.
 
-    Contacts that a fit does not explain prove nothing of its values; these rest on the contacts before, and so on the
-    last fit that left noise alone.
+    Contacts that a fit does not explain say nothing about its values.  These rest on the contacts before, and so on the last
+    fit that left noise alone.
     """
     beyond = [_beyond(problem, each) for each in passed]
     lost = next((k for k, (more, usual) in enumerate(beyond) if more > usual), len(passed))
@@ -54,16 +54,16 @@ def reach(problem: Problem, passed: Sequence[Passed]) -> Array:
 
 
 def _beyond(problem: Problem, passed: Passed) -> tuple[float, float]:
-    """Return what a fit leaves beyond noise, and how much that may be by chance (chi-squared, two standard deviations)."""
+    """Return a fit's misfit beyond noise, and how much of that may be chance (two standard deviations of chi-squared)."""
     noise = [noise_alone(drop, passed.horizon) for drop in problem.drops]
     left = [squares(r) for r in passed.fit.residuals]
     return sum(max(0.0, a - b) for a, b in zip(left, noise, strict=True)), BEYOND * math.sqrt(2 * sum(noise))
 
 
 def _with_stated_values(problem: Problem, passed: Passed, beyond: float) -> Array:
-    """Return `_allowed` as it is where nobody knows exactly what the machine file states without tolerance.
+    """Return `_allowed` with the values that the machine file states without tolerance uncertain too.
 
-    A fit that takes it as stated makes up for its errors with the values that it may move.
+    A fit that holds them as stated compensates for their errors with the values that are free.
     """
     stated = {p.name for p in stated_parameters(problem.model.machine)}
     if not stated.isdisjoint(p.name for p in problem.shared):
@@ -74,12 +74,12 @@ def _with_stated_values(problem: Problem, passed: Passed, beyond: float) -> Arra
 
 
 def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
-    """Return the covariance whose 95 % intervals reach to where what a fit leaves beyond noise lets the truth lie.
+    """Return the covariance whose 95 % intervals reach as far as the misfit beyond noise allows the truth to lie.
 
-    A point off by d leaves d^T H d more, H the curvature.  At the truth a right model leaves noise; so where a fit leaves
-    E more than noise it may be off by any d with d^T H d = E, which is sqrt(E) standard deviations in every value.  An
-    error of the model that moves the fit by no more than what it leaves unexplained does the same.  What is known
-    beforehand stays as sure as it is, and so does what was measured before anything touched.
+    A displacement d from the minimum raises the misfit by d^T H d, with H the curvature.  A right model at the true values
+    leaves noise alone; so a fit with a misfit E beyond noise may be off by any d with d^T H d = E, which is sqrt(E) standard
+    deviations in every value.  An error of the model that moves the fit by no more than it leaves unexplained has the same
+    effect.  Priors and residuals from before the first touch keep their weight.
     """
     point, machine = passed.fit.point, problem.model.machine
     weights = []
@@ -92,7 +92,7 @@ def _allowed(problem: Problem, passed: Passed, beyond: float) -> Array:
 
 
 def _least_fall(machine: Machine, own: Values) -> float:
-    """Return the time, s, in which the shaft may fall to a ring from where a drop's own values hold it, at either end."""
+    """Return the shortest time, s, in which either end may fall from a drop's levitated position to its ring."""
     deep = [
         bearing.radial_gap.low + own[f"set_point_y_{end}"] for end, bearing in enumerate(machine.touchdown_bearings)
     ]
@@ -100,17 +100,17 @@ def _least_fall(machine: Machine, own: Values) -> float:
 
 
 def _valley(problem: Problem, passed: Passed, beyond: float) -> Array:
-    """Return the covariance of what a fit does not tell along the valley of gap and clearance of the balls.
+    """Return the covariance along the valley in which gap and ball clearance compensate each other.
 
-    It is rugged, each hollow much steeper than the whole, so that curvature says nothing of how far the truth is along
-    it.  Fits begun beside the clearances do: one that ends further off by d and leaves D more makes points up to
-    d sqrt(E/D) as likely as this one, E what it leaves beyond noise and what chance may add.
+    The valley is rugged, each local minimum much steeper than the whole, so the local curvature does not show how far along it
+    the truth may lie.  Fits begun at neighbouring clearances do: where one ends a distance d away with a misfit larger by D,
+    points up to d sqrt(E/D) away are as likely as this one, E being the misfit beyond noise plus what chance may add.
     """
     found, chance = passed.fit, Z95**2
     total = np.zeros((len(found.point), len(found.point)))
     for each in beside(problem, found, passed.horizon):
         more = max(each.misfit - found.misfit, 0.0)
         away = each.point - found.point
-        # two a clearance, on either side of it
+        # halved: each clearance has two such fits, one on either side
         total += np.outer(away, away) / 2 / Z95**2 * min(1.0, (beyond + chance) / max(more, chance))
     return total

@@ -1,9 +1,9 @@
-"""Fits begun at other clearances of the balls.
+"""Fits begun at other ball clearances.
 
-The shaft meets a ring where gap and half the clearance add up to, so the first contacts hardly tell the one from the
-other; how the balls share the load does, and that depends on the cages' angles in a wavy way.  A descent along this
-valley ends long before its bottom.  So fits begin at all four corners of what is known of both ends' clearances, gaps
-making up for them and cages turned to suit, and the deepest is kept.
+The shaft touches the ring at the radial gap plus half the diametral clearance, so the first contacts hardly separate the two.
+The load sharing of the balls does, but it is periodic in the cage angles, and a descent along this valley ends long before its
+bottom.  So fits begin at all four corners of the prior range of both ends' clearances, with the gaps compensated and the cage
+angles searched, and the one with the least misfit is kept.
 """
 
 from __future__ import annotations
@@ -22,20 +22,20 @@ from tdbmon.identify.problem import Problem
 Array = NDArray[np.float64]
 
 _CORNER = 1.2  # standard deviations from the nominal clearance
-_SLOPES = 4  # times that each takes slopes
-_GAIN = 0.1  # of what is left beyond noise
+_SLOPES = 4  # Jacobians per fit
+_GAIN = 0.1  # of the misfit beyond noise
 
 
 def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return the deepest of a fit and of those that begin at other clearances.
+    """Return the best of a fit and of those begun at other clearances.
 
     Parameters
     ----------
     problem : Problem
     found : Fit
-        With slopes near enough to turn the cages.
+        With a Jacobian good enough for the search of the cage angles.
     horizon : float
-        s after the release, late enough for both ends to have met their bearings.
+        s after the release, late enough for both ends to have touched.
     """
     tried = problem.crew.apart(
         _begun_at, [(problem, found, corner, horizon) for corner in corners(problem, found.point)]
@@ -45,7 +45,7 @@ def better_clearances(problem: Problem, found: Fit, horizon: float) -> Fit:
 
 
 def corners(problem: Problem, point: Array) -> list[Array]:
-    """Return a point moved to all corners of what is known of the clearances; none where they are known exactly."""
+    """Return a point moved to all corners of the clearances' prior range; none where they are not free."""
     ends = _free_ends(problem)
     if not ends:
         return []
@@ -56,28 +56,29 @@ def corners(problem: Problem, point: Array) -> list[Array]:
 
 
 def beside(problem: Problem, found: Fit, horizon: float) -> list[Fit]:
-    """Return fits that begin with one clearance a standard deviation to either side; none where they are known exactly."""
-    starts = [(problem, start, horizon, _SLOPES) for start in _beside(problem, found.point)]
+    """Return fits begun with one clearance a standard deviation to either side; none where they are not free."""
+    starts = [(problem, start, horizon, _SLOPES) for start in _neighbours(problem, found.point)]
     return [each for each in problem.crew.apart(fit_or_none, starts) if each is not None]
 
 
 def led_along(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return the deepest of a fit and of those begun beside its clearances, the drops' paths sought there first.
+    """Return the best of a fit and of those begun at neighbouring clearances after a new search of each drop's own values.
 
-    Where all else is right, a wrong clearance stands with wrong angles of the cages: neither can be left without the other.
-    It takes as long as all fits to that horizon: where it gained next to nothing (`hardly_gained`) it does not later on either.
+    Where all else is right, a wrong clearance goes with wrong cage angles: neither can be corrected without the other.  This
+    costs as much as all other fits to the horizon.  Where it has gained next to nothing (`hardly_gained`), it gains nothing at
+    later horizons either.
     """
-    starts = [(problem, start, horizon) for start in _beside(problem, found.point)]
+    starts = [(problem, start, horizon) for start in _neighbours(problem, found.point)]
     tried = problem.crew.apart(begun_at, starts)
     return min([found, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
 
 
 def hardly_gained(before: Fit, after: Fit, noise: float) -> bool:
-    """Return whether a fit has lost next to nothing of what it left beyond noise."""
+    """Return whether the misfit beyond noise has fallen by next to nothing."""
     return before.misfit - after.misfit <= _GAIN * max(before.misfit - noise, 0.0)
 
 
-def _beside(problem: Problem, point: Array) -> list[Array]:
+def _neighbours(problem: Problem, point: Array) -> list[Array]:
     names = [p.name for p in problem.shared]
     return [
         _with_clearances(problem, point, {end: point[names.index(f"{end}.diametral_clearance")] + side})
@@ -92,7 +93,7 @@ def _free_ends(problem: Problem) -> list[str]:
 
 
 def _with_clearances(problem: Problem, point: Array, clearances: dict[str, float]) -> Array:
-    """Return a point with other clearances, in their scales, each gap less by as much as half of it is more."""
+    """Return a point with other clearances (coordinates), each gap reduced by half of the increase of its clearance."""
     names = [p.name for p in problem.shared]
     moved = point.copy()
     for end, clearance in clearances.items():
@@ -106,7 +107,7 @@ def _with_clearances(problem: Problem, point: Array, clearances: dict[str, float
 
 
 def _begun_at(problem: Problem, found: Fit, corner: Array, horizon: float) -> Fit | None:
-    """Return a fit begun at a corner, cages turned first; None where it cannot be simulated."""
+    """Return a fit begun at a corner after a search of the cage angles; None where it cannot be simulated."""
     residuals = problem.all_residuals(corner, horizon)
     if residuals is None:
         return None

@@ -1,8 +1,8 @@
 """The whole coast-down at the calibrated values: simulated to the record's end, recorded by the same sensors, analysed alike.
 
-Only the first contacts were fitted.  From there on the two paths part, so that features are what can be compared: speed,
-swing, lines, resonances passed, how the motion dies out.  The simulated record goes through the same analysis as the measured
-one, so that what the analysis does to a record it does to both.
+Only the first contacts were fitted.  Later the measured and the simulated path diverge, so that only features can be compared:
+speed, swing, lines, resonances passed, decay of the motion.  Both records go through the same analysis, so that its errors are
+common to both.
 """
 
 from __future__ import annotations
@@ -30,8 +30,8 @@ from tdbmon.identify.runout import with_runout
 Array = NDArray[np.float64]
 
 _LEAST_S = 2.0  # of record after the release: a shorter one holds no coast-down to compare
-_LONGER = 2.0  # times the usual step: paths have parted long before its error shows
-_CHUNK = 10_000  # samples whose states are held at a time
+_LONGER = 2.0  # times the usual step: paths have diverged long before its error shows
+_CHUNK = 10_000  # samples whose states are kept in memory at a time
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class CoastDown:
     Attributes
     ----------
     measured, simulated : Analysis
-        Of the record, and of the simulated one.
+        Of the measured and of the simulated record.
     took : float
         Processor time of the simulation, s.
     """
@@ -54,7 +54,7 @@ class CoastDown:
 def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> CoastDown | None:
     """Simulate a calibrated drop to the end of its record and analyse what the sensors would have recorded.
 
-    Channels that the record lacks, or that were not fit for use, are lacking in the simulated one.
+    The simulated record lacks the channels that the measured one lacks or that were unfit for use.
 
     Parameters
     ----------
@@ -87,15 +87,15 @@ def coast_down(calibration: Calibration, measured: Analysis, drop: int = 0) -> C
 
 
 def _speed_noise(measured: Analysis) -> float:
-    """Return the scatter of the speed signal from one sample to the next, Hz."""
+    """Return the sample-to-sample scatter of the speed signal, Hz."""
     return float(np.std(np.diff(measured.speed_hz))) / math.sqrt(2) if len(measured.speed_hz) > 3 else 0.0
 
 
 def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: float = 0.0) -> tuple[xr.Dataset, float]:
-    """Return what the sensors would have recorded of a calibrated drop, and the processor time that it took, s.
+    """Return the record that the sensors would have made of a calibrated drop, and the processor time of its simulation, s.
 
-    Evenly sampled from the record's first sample to its last, whatever its clock wrote meanwhile; with the probes' zeros and
-    noise and the surface's runout as they were found, the noise white, and without hum.
+    It is evenly sampled from the record's first sample to its last, regardless of the record's time stamps, with the fitted
+    zeros and runout and the probes' measured noise level; the noise is white, and there is no hum.
 
     Raises
     ------
@@ -128,7 +128,7 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
         angle=angle,
         speed_hz=np.abs(omega) / (2 * np.pi),
     )
-    if not measured.compensated:  # slow roll stayed in the readings, and the fitted runout holds it
+    if not measured.compensated:  # slow roll stayed in the readings and is part of the fitted runout
         probes = tuple(probe.model_copy(update={"slow_roll": None}) for probe in machine.probes)
         machine = machine.model_copy(update={"probes": probes})
     record = measure(motion, chain, machine, np.random.default_rng(0), f"simulation of {measured.name}")
@@ -137,14 +137,14 @@ def simulated_record(calibration: Calibration, drop: int = 0, speed_noise_hz: fl
 
 
 def _with_zeros(chain: SensorChain, zeros: Mapping[str, float]) -> SensorChain:
-    """Return a chain whose probes read their fitted zeros, m, of a shaft in the middle; what leaks into one is part of it."""
+    """Return a chain whose probes read their fitted zeros, m, with the shaft centred, crosstalk included."""
     leaking = {name: part * zeros[source] for name, (source, part) in chain.leaks.items()}
     links = {name: replace(chain.of(name), offset=zero - leaking.get(name, 0.0)) for name, zero in zeros.items()}
     return replace(chain, probes=links)
 
 
 def _simulate(model: DropModel, plan: DropPlan, time: Array) -> tuple[Array, Array, Array]:
-    """Return place in the probes' planes (2 axes, probes, k), shaft angle and speed (k,) of a levitated and dropped rotor."""
+    """Return position in the probes' planes (2 axes, probes, k), shaft angle and speed (k,), levitation included."""
     n, shapes = model.n, model.modes.at([probe.position for probe in model.machine.probes])
     places, angle, omega = np.empty((2, len(shapes), len(time))), np.empty(len(time)), np.empty(len(time))
     done = 0

@@ -1,4 +1,4 @@
-"""Features of a whole coast-down, measured beside simulated: how the speed and the motion die out, and what resounds."""
+"""Features of a whole coast-down, measured beside simulated: decay of speed and motion, resonances, lines."""
 
 from __future__ import annotations
 
@@ -19,32 +19,32 @@ Array = NDArray[np.float64]
 
 _WINDOW_S = 1.0
 SPEED_APART = 0.01  # of the measured speed
-MOTION_APART = 1.5  # times, or one over it
-_THERE = 0.5  # of a window's samples, that must be there
-_SLOWEST = 0.02  # of the speed at the release: below, a share of the speed says nothing
-_STANDS_OUT = 2.0  # times the median about it: a peak
-_SAME = 0.01  # relative, of places of lines without a common name
-_AROUND = 0.1  # of a critical speed, within which the peak is looked for
+MOTION_APART = 1.5  # ratio of the rms, or its inverse
+_LEAST_PRESENT = 0.5  # of a window's samples, that must be present
+_SLOWEST = 0.02  # of the greatest speed: at lower ones a relative difference means nothing
+_STANDS_OUT = 2.0  # times the median around it: least height of a peak
+_SAME = 0.01  # relative, of the frequencies or orders of lines without a common name
+_AROUND = 0.1  # of a critical speed, within which the peak is sought
 
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Speed and motion in windows of a second from the release (SI).
+    """Speed and motion in windows of 1 s from the release (SI).
 
     Attributes
     ----------
     time : (k,) array
         Middle of each window, s after the release.
     measured_speed, simulated_speed : (k,) arrays
-        Mean, Hz; NaN where there is none.
+        Mean, Hz; NaN where no speed is known.
     turning : (k,) array
-        True where the measured speed is enough for a share of it to say something.
+        True where the measured speed is high enough for a relative difference.
     measured_rms, simulated_rms : dict
         By the end's name, rms of x and y about their means (2, k), m; NaN where samples are missing.
     speed_parts, motion_parts : float or None
-        s after the release at which the speeds are more than `SPEED_APART` apart for the first time, and the rms of the motion
-        (both ends and directions together) more than a factor of `MOTION_APART`, whether they meet again or not; None where
-        they never are.
+        s after the release at which measured and simulated speed first differ by more than `SPEED_APART`, and the rms of the
+        motion (both ends and directions together) by more than a factor of `MOTION_APART`, even if they agree again later; None
+        where they never do.
     """
 
     time: Array
@@ -67,10 +67,10 @@ class Resonance:
         Of the natural frequencies, from 0.
     order : float
     critical : float
-        Speed at which they meet, as computed, Hz.
+        Computed speed at which they meet, Hz.
     measured, simulated : tuple of float or None
-        Speed, Hz, and amplitude, m 0-pk, of the peak of the order's circle; None where none stands out, or the order
-        was not tracked.
+        Speed, Hz, and amplitude, m 0-pk, of the peak of the order's circular component; None where no peak stands out, or the
+        order was not tracked.
     """
 
     mode: int
@@ -107,9 +107,9 @@ def course(whole: CoastDown) -> Course:
 
 
 def resonances(whole: CoastDown, natural: NaturalFrequencies) -> tuple[Resonance, ...]:
-    """Return the resonances that the coast-down passed, in the order of their passing.
+    """Return the resonances that the coast-down passed, in that order.
 
-    The natural frequencies may be of several drops, of which another was released at a higher speed.
+    Those above the speed at the release are left out: the natural frequencies may belong to several drops, one of them faster.
     """
     fastest = _at_release(whole.measured)
     found = [
@@ -122,7 +122,7 @@ def resonances(whole: CoastDown, natural: NaturalFrequencies) -> tuple[Resonance
 
 
 def paired_lines(whole: CoastDown) -> list[tuple[str, Line | None, Line | None]]:
-    """Return lines measured and simulated, by their names and else by their place; None where only one has it."""
+    """Return measured and simulated lines, paired by name, else by frequency or order; None where one record lacks the line."""
     measured, simulated = ({line.name: line for line in each.lines} for each in (whole.measured, whole.simulated))
     rows = []
     for name, line in measured.items():
@@ -134,7 +134,7 @@ def paired_lines(whole: CoastDown) -> list[tuple[str, Line | None, Line | None]]
 
 
 def _same(one: Line, other: Line) -> bool:
-    """True for lines of one kind at about one place."""
+    """True for lines of the same kind at nearly the same order or frequency."""
     if one.kind != other.kind:
         return False
     places = [line.order if line.order is not None else line.frequency.value or 0.0 for line in (one, other)]
@@ -142,7 +142,7 @@ def _same(one: Line, other: Line) -> bool:
 
 
 def scalars(whole: CoastDown) -> list[tuple[str, Estimate, Estimate]]:
-    """Return what both analyses say in one number each, by name."""
+    """Return the scalar results of both analyses, by name."""
     rows: list[tuple[str, Estimate, Estimate]] = []
     a, b = whole.measured, whole.simulated
     if a.rundown is not None and b.rundown is not None:
@@ -168,7 +168,7 @@ def _radius(analysis: Analysis, end: str) -> Estimate:
 
 
 def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
-    """Return middle, mean speed and rms of the motion in windows from the release on."""
+    """Return middle, mean speed and rms of the motion of windows from the release on."""
     planes = analysis.planes
     if planes is None:
         return np.empty(0), np.empty(0), {}
@@ -186,7 +186,9 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
         if np.isfinite(xy).any():
             rms[str(end)] = np.full((2, count), np.nan)
             for k, (low, high) in enumerate(samples):
-                if (high - low) * step > _THERE * _WINDOW_S:  # or a hole in the time axis took most of the window
+                if (
+                    high - low
+                ) * step > _LEAST_PRESENT * _WINDOW_S:  # else a hole in the time axis took most of the window
                     rms[str(end)][:, k] = xy[:, low:high].std(axis=1)
     inside = np.searchsorted(analysis.speed_time, edges)
     speed = [
@@ -197,13 +199,13 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
 
 
 def _first(time: Array, apart: NDArray[np.bool_]) -> float | None:
-    """Return the begin of the first window that is apart."""
+    """Return the start of the first window in which the two records differ."""
     at = np.flatnonzero(apart)
     return float(time[at[0]] - _WINDOW_S / 2) if at.size else None
 
 
 def _at_release(analysis: Analysis) -> float:
-    """Return the speed at the release, Hz, or the greatest that is known; infinite where none is."""
+    """Return the speed at the release, Hz, or the greatest known one; infinite where none is known."""
     if analysis.rundown is not None and analysis.rundown.initial.value is not None:
         return analysis.rundown.initial.value
     return float(np.max(analysis.speed_hz)) if len(analysis.speed_hz) else math.inf
@@ -216,7 +218,7 @@ def _peak(analysis: Analysis, order: float, critical: float) -> tuple[float, flo
     part = tracks.sel(order=order)
     speed = part.speed.to_numpy()
     circle = np.fmax(part.forward.to_numpy(), part.backward.to_numpy()).max(axis=part.forward.get_axis_num("end"))
-    # what bounces through a critical speed shows no resonance of the resting rotor
+    # a rotor that still bounces at a critical speed shows no resonance of the resting rotor
     settled = [end.gap.settled_from for end in analysis.ends.values() if end.gap is not None]
     resting = part.time.to_numpy() > max(settled, default=-math.inf)
     circle = np.where(np.isfinite(circle) & resting, circle, 0.0)

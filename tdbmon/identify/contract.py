@@ -1,4 +1,4 @@
-"""The JSON of calibration and forces: what `tdbmon analyse` adds to an end once a model was fitted."""
+"""The JSON of calibration and forces: what `tdbmon analyse` adds once a model has been fitted."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _IMPULSE = "of the fitted drop; interval of the simulations that the peak comes 
 
 
 def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
-    """Return the JSON of an analysis with what the fitted model adds: to each end, and beside them."""
+    """Return the JSON of an analysis with the results of the fitted model added, to each end and beside the ends."""
     ends = dict(content["ends"])
     for end, found in fitted.forces.ends.items():
         ends[end] = ends.get(end, {}) | end_json(fitted.calibration, found, fitted.calibration.drops[0].release.value)
@@ -32,11 +32,11 @@ def with_fitted(content: dict[str, Any], fitted: FittedDrop) -> dict[str, Any]:
 def end_json(calibration: Calibration, forces: EndForces, release: float | None) -> dict[str, Any]:
     """Return ``support``, ``peak_force_n``, ``stress_mpa``, ``ring_at_speed_s``, ``contact_forces`` of one end in one drop.
 
-    Times are from the record's first sample, as all in that JSON; `release` is the instant of the release so, s.
+    Times count from the record's first sample, as all times in that JSON do; so does `release`, the instant of the release, s.
 
-    Peak and stress are the greatest of `tdbmon.identify.forces.SECONDS` after the release, which their method states.
-    Contacts are told from the release until the ensemble's members have parted.  The rest replaces the entries of the
-    same names under ``ends`` in the JSON of `tdbmon analyse`.
+    Peak and stress are the greatest within `tdbmon.identify.forces.SECONDS` after the release, as their method states.
+    Contacts are listed until the ensemble's members have diverged.  All entries replace those of the same name under ``ends``
+    in the JSON of `tdbmon analyse`.
     """
     end, bearing, begins = forces.end, calibration.machine.bearing(forces.end), release or 0.0
     mass = calibration.value(f"{end}.support_mass", bearing.support_mass, "kg")
@@ -70,7 +70,7 @@ def end_json(calibration: Calibration, forces: EndForces, release: float | None)
 
 
 def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = ()) -> dict[str, Any]:
-    """Return a calibration, and the forces of its drops where they were simulated."""
+    """Return the JSON of a calibration, with the forces of its drops where they were simulated."""
     return {
         "values": {name: value.to_json() for name, value in calibration.values.items()},
         "at_bound": [{"name": name, "si": calibration.values[name].value} for name in calibration.at_bound],
@@ -96,7 +96,7 @@ def calibration_json(calibration: Calibration, forces: tuple[DropForces, ...] = 
 
 
 def fitted_json(fitted: FittedDrop) -> dict[str, Any]:
-    """Return what `tdbmon analyse --forces` says beside the ends."""
+    """Return the JSON that `tdbmon analyse --forces` adds beside the ends."""
     whole = fitted.coast_down
     return {
         "calibration": calibration_json(fitted.calibration, fitted.all_forces),
@@ -141,7 +141,7 @@ def _peak(found: tuple[float, float] | None) -> dict[str, float] | None:
 
 
 def agreement_json(found: Agreement, friction: FrictionChoice | None) -> dict[str, Any]:
-    """Return measured against simulated: what is left to growing horizons, contact times, the friction by sensitivity.
+    """Return measured against simulated: residuals to increasing horizons, contact times, friction chosen by sensitivity.
 
     Times in s after the release.
     """
@@ -234,7 +234,7 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     if not forces.withheld:
         lines.append(f"  {plain(FORCES_HOLD)}")
     if calibration.at_bound:
-        # without their intervals, which do not hold for them
+        # without intervals, which do not hold for values at a bound
         told = ", ".join(f"{name} {plain(short(calibration.values[name]))}" for name in calibration.at_bound)
         lines.append(f"  gone as far as they may, so that the truth may lie beyond: {told}")
     return lines + [f"  remark: {remark}" for remark in calibration.remarks]

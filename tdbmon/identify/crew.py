@@ -1,7 +1,7 @@
-"""Who does the work: threads for single drops, and processes for what takes long.
+"""Parallel work: threads for single drops, processes for long tasks.
 
-A simulation lets go of Python's lock, what stands around it does not; so threads hardly gain where many simulations are
-prepared and judged, and processes do.
+A simulation releases Python's global interpreter lock, the code around it does not.  So threads hardly help where many
+simulations are prepared and evaluated; processes do.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ T = TypeVar("T")
 
 _THREADS = 2
 _MOST_WORKERS = 4
-_SHARES = 3  # of the tasks a worker takes at a time, one after the other: some take longer than others
+_SHARES = 3  # chunks of tasks per worker: small enough for an even load, since some tasks take longer than others
 
 
 class Crew:
-    """Works on many things at a time while it is open; before and after, and where it is sent to, on one after the other.
+    """Runs tasks in parallel while it is open; before, after, and as a copy in a worker process it runs them one by one.
 
     Parameters
     ----------
     workers : int
-        Processes; with one, the work stays in this process.  Each starts anew and imports the program, so a script that
-        asks for more needs the usual ``if __name__ == "__main__":``.
+        Number of processes; with one, the work stays in this process.  Each worker is spawned and imports the program, so a
+        script that asks for more than one needs the usual ``if __name__ == "__main__":``.
     """
 
     def __init__(self, workers: int = 1) -> None:
@@ -43,32 +43,32 @@ class Crew:
         self._processes: Executor | None = None
 
     def __reduce__(self) -> tuple[type[Crew], tuple[()]]:
-        """Return how a copy is made in another process: idle, since that one is part of a crew itself."""
+        """Pickle as a closed crew, since a worker process is part of a crew itself."""
         return Crew, ()
 
     def __enter__(self) -> Crew:
-        """Open it."""
+        """Start threads and processes."""
         self._threads = ThreadPoolExecutor(_THREADS)
         if self._workers > 1:
-            # spawned, not forked: threads and open files of this process are not theirs
+            # spawned, not forked: a fork would inherit this process's threads and open files
             self._processes = ProcessPoolExecutor(self._workers, get_context("spawn"), attend_parent)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Send everybody home."""
+        """Shut down threads and processes."""
         for each in (self._threads, self._processes):
             if each is not None:
                 each.shutdown(cancel_futures=True)
         self._threads = self._processes = None
 
     def together(self, work: Callable[[S], T], items: Iterable[S]) -> list[T]:
-        """Return what a function makes of items, in threads: for short work on what all share."""
+        """Map a function over items in threads: for short work on shared data."""
         return list(map(work, items) if self._threads is None else self._threads.map(work, items))
 
     def apart(self, work: Callable[..., T], tasks: Sequence[tuple[object, ...]]) -> list[T]:
-        """Return what a function makes of tasks, its arguments, in processes: for long work; everything travels there."""
+        """Map a function over tasks (tuples of arguments) in processes: for long work, as arguments and results are pickled."""
         if self._processes is None or len(tasks) < 2:
             return [work(*task) for task in tasks]
         chunk = math.ceil(len(tasks) / (self._workers * _SHARES)) if len(tasks) > 2 * self._workers else 1
@@ -76,7 +76,7 @@ class Crew:
 
 
 def attend_parent() -> None:
-    """Leave interrupts to the process that asked for the work, and end with it, however it ends."""
+    """Ignore interrupts, which the parent process handles, and exit with the parent however it ends."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_end_with_parent, daemon=True).start()
 
@@ -89,5 +89,5 @@ def _end_with_parent() -> None:
 
 
 def all_cores() -> int:
-    """Return how many workers there are cores for, four at most: each takes a quarter of a gigabyte."""
+    """Return the number of workers for the usable cores, four at most: each takes a quarter of a gigabyte."""
     return min(usable_cores(), _MOST_WORKERS)

@@ -1,7 +1,7 @@
-"""How fast neighbouring paths of a machine's drops part: the rate at which a model's error grows.
+"""Divergence of neighbouring paths of a machine's drops: the exponential rate at which a model's error grows.
 
-Paths with impacts part exponentially, in a small fast spindle three times as fast as in a heavy rotor with wide gaps.  The
-rate is a property of the machine and its drops, and told by simulations at values drawn from what is known beforehand.
+Paths with impacts diverge exponentially, in a small fast spindle three times as fast as in a heavy rotor with wide gaps.  The
+rate is a property of the machine and its drops; it is computed by simulation at values drawn from the prior.
 """
 
 from __future__ import annotations
@@ -20,24 +20,24 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_WINDOW_S = 0.01  # s, as far as all are followed: by its end paths have parted
-_FALLING_S = 0.005  # s; so far a shaft falls freely in a usual gap
-_POINTS = 8  # simulated a drop: rates differ widely from path to path
-_SPREAD = 0.5  # of what is known beforehand
-_DECIDING = 0.02  # of the gap
-_APART = 1e-9  # m/s, by which neighbours differ at the release
+_WINDOW_S = 0.01  # s, length of the last window, in which the distance of the diverged paths is measured
+_FALLING_S = 0.005  # s after the release, up to which the shaft falls freely in a usual gap
+_POINTS = 8  # simulated per drop: rates differ widely from path to path
+_SPREAD = 0.5  # of the prior standard deviation, for the points drawn
+_DECIDING = 0.02  # of the gap: an error of the path that decides where the shaft touches next
+_APART = 1e-9  # m/s, difference of neighbours' velocities at the release
 
 
 def with_divergence(problem: Problem) -> Problem:
-    """Return a problem whose drops know how fast their paths part, which says how far their readings are trusted."""
+    """Return a problem with the divergence rate set in its drops, which determines the growth of the model's error."""
     rate = divergence(problem)
     return replace(problem, drops=tuple(replace(drop, divergence=rate) for drop in problem.drops))
 
 
 def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
-    """Return the growing horizons, s after the release, up to which a model's error does not yet decide what touches next.
+    """Return the increasing horizons, s after the release, up to which the model's error does not yet decide the next contact.
 
-    The first always, and those by which both ends have touched.
+    The first is always among them, as are those up to the bounce of both ends.
     """
     least = _least_gap(problem)
     return [
@@ -49,7 +49,7 @@ def followable(problem: Problem, horizons: Sequence[float]) -> list[float]:
 
 
 def parting_remarks(problem: Problem, asked: Sequence[float], followed: Sequence[float]) -> tuple[str, ...]:
-    """Say that drops are followed less far than was asked for, where they are."""
+    """Return a remark where the drops are followed less far than requested."""
     if followed[-1] == asked[-1]:
         return ()
     rate = max(drop.divergence for drop in problem.drops)
@@ -69,10 +69,10 @@ def _least_gap(problem: Problem) -> float:
 
 
 def divergence(problem: Problem) -> float:
-    """Return the rate, 1/s, by which neighbouring paths part beyond the free fall, the usual one at least.
+    """Return the divergence rate of neighbouring paths, 1/s, at least the usual one.
 
-    The median over points drawn and over all drops, from the first contact to as far as all models are followed; a neighbour
-    has another velocity at the release, and falls away from the path in proportion to time even where nothing touches.
+    It is the median over drawn points and all drops, from the first contact to the horizon up to which all models are followed.
+    Neighbours differ in velocity at the release, so their distance also grows linearly in free fall; this growth is divided out.
 
     Parameters
     ----------
@@ -87,14 +87,14 @@ def divergence(problem: Problem) -> float:
 
 
 def _rate(problem: Problem, point: Array, drop: int) -> float:
-    """Return the rate about one path, nan where it cannot be simulated."""
+    """Return the divergence rate about one path, 1/s; NaN where it cannot be simulated."""
     horizon = min(problem.stages.followed, problem.drops[drop].seconds)
     where = problem.columns(drop)[len(problem.shared) :]
     speeds = [c for c, p in zip(where, problem.own[drop], strict=True) if p.name.startswith("velocity")]
     apart: Array = np.zeros(1)
     try:
         path = problem.simulated(point, drop, horizon)
-        for column in speeds:  # a path parts fast in one direction and slowly in another
+        for column in speeds:  # divergence is fast in one direction and slow in another
             near = point.copy()
             near[column] += _APART / problem.parameters[column].scale
             apart = apart + np.mean((problem.simulated(near, drop, horizon).readings - path.readings) ** 2, axis=0)

@@ -1,7 +1,7 @@
-"""Points drawn from what a fit leaves open: to carry that on to what is computed, and to find a deeper minimum.
+"""Points drawn from a fit's covariance: to propagate its uncertainty to derived quantities, and to find a deeper minimum.
 
-Paths with impacts make the misfit rugged: a descent ends in one hollow of many.  Fits that begin at drawn points end in
-others, within what the drops leave open, and the deepest is kept.
+Paths with impacts make the misfit rugged: a descent ends in one local minimum of many.  Fits begun at drawn points end in
+others within the uncertainty, and the best is kept.
 """
 
 from __future__ import annotations
@@ -14,31 +14,31 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_STARTS, _TIMES = 4, 2  # drawn at a time, and how often while that still gains
-_GAIN = 0.003  # relative, of the misfit, that asks for more
-_SLOPES = 2  # times that each takes slopes
+_STARTS, _TIMES = 4, 2  # starts per round, and rounds at most while they still gain
+_GAIN = 0.003  # relative gain of the misfit, from which on another round is worth it
+_SLOPES = 2  # Jacobians per fit
 
 
 def draws(problem: Problem, point: Array, covariance: Array, members: int, rng: np.random.Generator) -> list[Array]:
-    """Return the fitted point, then points drawn about it and put within the bounds."""
+    """Return the fitted point, then points drawn about it and clipped to the bounds."""
     drawn = point + rng.standard_normal((members - 1, len(point))) @ root_of(covariance).T
     return [point, *np.clip(drawn, problem.low, problem.high)]
 
 
 def root_of(covariance: Array) -> Array:
-    """Return the matrix (n, n) that makes values with a covariance (n, n) of independent ones of variance 1."""
+    """Return a square root R (n, n) of a covariance C = R R^T (n, n)."""
     values, vectors = np.linalg.eigh((covariance + covariance.T) / 2)
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
 
 
 def shaken(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return the deepest of a fit and of those that begin at points drawn about it.
+    """Return the best of a fit and of those begun at points drawn about it.
 
     Parameters
     ----------
     problem : Problem
     found : Fit
-        With slopes near enough for its covariance.
+        With a Jacobian good enough for its covariance.
     horizon : float
         s after the release.
     """

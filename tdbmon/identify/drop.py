@@ -1,4 +1,4 @@
-"""A drop as the calibration sees it: readings freed of hum and surface, what was levitated, how the shaft turned."""
+"""A measured drop prepared for calibration: readings without hum and surface harmonics, levitated noise, shaft rotation."""
 
 from __future__ import annotations
 
@@ -40,14 +40,16 @@ from tdbmon.record.timebase import usual_interval
 
 Array = NDArray[np.float64]
 
-_TOUCHED = 0.6  # of the smallest gap: who never gets so far touched nothing, or the gap is stated as a diameter
-USUAL_DIVERGENCE = 42.0  # 1/s, by which neighbouring paths part (median of drops with contact at both ends)
-LEAD_S = 0.008  # simulated before the first guess of the release, which is not better known
-_CLEAR_S = 0.003  # kept clear of the release: its instant is not known better at first
-_COUNTED_S = 0.065  # in a usual gap: after the release, in which a probe's samples are counted
-_THERE = 0.6  # of them, that must be there
-_FEWEST_HELD = 64  # samples before that, which tell noise and orbit however lately the drive has tripped
-_HELD = 0.5  # of the levitated stretch (between holes), that must be there in one piece: it tells the noise
+_TOUCHED = 0.6  # of the smallest gap: a shaft that moves less never touched, or the gap is stated as a diameter
+USUAL_DIVERGENCE = 42.0  # 1/s, divergence rate of neighbouring paths (median of drops with contact at both ends)
+LEAD_S = 0.008  # simulated before the first guess of the release: the uncertainty of that guess
+_CLEAR_S = (
+    0.003  # before the first guess of the release, left out of the levitated stretch: the guess may be late by that
+)
+_COUNTED_S = 0.065  # in a usual gap: span after the release in which a probe's samples are counted
+_LEAST_PRESENT = 0.6  # of these samples, that must be present
+_FEWEST_LEVITATED = 64  # samples before the release for noise and orbit, however lately the drive has tripped
+_LEAST_PIECE = 0.5  # of the levitated stretch (between holes), that must be present in one piece, for the noise
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,44 +63,44 @@ class MeasuredDrop:
     time : (n,) array
         s.
     probes : tuple of Probe
-        Those that are fit for use.
+        Usable ones only.
     reading : (probes, n) array
-        Without hum and without the third harmonic of the surface, m; NaN where a sample is missing or cut off.
+        Without hum and the third harmonic of the surface, m; NaN where a sample is missing or cut off.
     noise : tuple of Noise
-        A probe each.
+        One per probe.
     release : float
         First guess of the instant, s.
     omega : float
         Angular speed at `release`, rad/s, negative clockwise.
     angle, angle_sigma : float
-        Shaft angle at `release` and its standard deviation, rad; an infinite one where no keyphasor tells.
+        Shaft angle at `release` and its standard deviation, rad; infinite without a keyphasor.
     acceleration, acceleration_sigma : float
-        Angular, before the release, rad/s^2, and its standard deviation.
+        Angular acceleration before the release and its standard deviation, rad/s^2.
     pulse_times, pulse_angles : (m,) arrays
-        Keyphasor after the release, s and rad.
+        Keyphasor pulses after the release, s and rad.
     pulse_sigma : float
         Standard deviation of a pulse's angle, rad.
     remarks : tuple of str
-        What the record lacks and how it was met.
+        On what the record lacks and how that was dealt with.
     faults : tuple of str
-        Other checks of the record's channels that failed.
+        Other failed checks of the record's channels.
     foreign : str
-        What to tell where the record names another machine, which is one of `faults`; "" where it does not.
+        The one of `faults` that says that the record names another machine; "" where it does not.
     whirls_backward : tuple of str
         Ends whose 1X whirls backward before the release, as with two probes exchanged.
     crossed : tuple of tuple of str
-        Pairs of probes, one of each end, of which one pair looks exchanged; both look the same to circles.
+        Pairs of probes, one of each end, one pair of which looks exchanged; the check by circles cannot tell which.
     scale_doubts : tuple of str
-        What the free fall says against scales of times and lengths, of it in `remarks` too: a model that follows the drop with
-        these scales refutes it.
+        Those of `remarks` in which the free fall contradicts the scales of time or probes; a model that follows the drop with
+        these scales refutes them.
     compensated : bool
-        Whether slow roll that the machine file states was taken off the readings.
+        Whether the slow roll stated in the machine file was subtracted from the readings.
     divergence : float
-        1/s, by which paths near its own part (`tdbmon.identify.divergence`).
+        Divergence rate of neighbouring paths, 1/s (`tdbmon.identify.divergence`).
     flight : float
-        Time of the fall, s after the release: paths part from then on.
+        End of the fall, s after the release: paths diverge from then on.
     even_from : float
-        s, from which on the shaft turned with this acceleration up to the release; minus infinity for all of the record.
+        s, since when the shaft had this acceleration; minus infinity where from the first sample on.
     """
 
     name: str
@@ -133,7 +135,7 @@ class MeasuredDrop:
 
     @cached_property
     def unbroken(self) -> int:
-        """Number of samples up to the first hole in the time axis after the release: beyond it none can be counted to."""
+        """Number of samples up to the first hole in the time axis after the release: beyond it samples do not count time."""
         holes = np.flatnonzero(too_long(np.diff(self.time)) & (self.time[1:] > self.release)) + 1
         return int(holes[0]) if holes.size else len(self.time)
 
@@ -144,19 +146,19 @@ class MeasuredDrop:
 
     @property
     def speed(self) -> float:
-        """At the release, Hz."""
+        """Speed at the release, Hz."""
         return abs(self.omega) / (2 * math.pi)
 
 
 def straight_shaft(machine: Machine, probes: Sequence[Probe], axes: NDArray[np.complex128]) -> Array:
-    """Return the matrix (probes, 4) from x, y of the one end and x, y of the other of a straight shaft to readings.
+    """Return the matrix (probes, 4) from x, y at the first and x, y at the second end of a straight shaft to readings.
 
     Parameters
     ----------
     machine : Machine
     probes : sequence of Probe
     axes : (probes, probes) complex array
-        From motions x + i y in the probes' planes to readings, its product's real part.
+        Its product with the motions x + i y in the probes' planes has the readings as real part.
     """
     first, second = (bearing.position for bearing in machine.touchdown_bearings)
     share = np.array([(probe.position - first) / (second - first) for probe in probes])
@@ -176,8 +178,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     Raises
     ------
     InputError
-        If the record has no levitated stretch, no drop, no contact, no speed, fewer than three usable probes, ends
-        before the first contacts are over, or has a hole in its time axis before.
+        If the record has no levitated stretch, no drop, no contact, no speed or fewer than three usable probes, or if it ends or
+        has a hole in its time axis before the first contacts are over.
     """
     name = str(record.attrs.get("source_file", "record"))
     laid, lying = from_lift_off(assign(record, machine), machine)
@@ -194,9 +196,9 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     if wrong_speed and not {"speed", "keyphasor"} & set(laid):
         raise InputError(f"{name}: {wrong_speed[0]}")
     lost = {p.name: int(laid[p.name].attrs.get("nan_left", 0)) for p in machine.probes if p.name not in unused}
-    probes = _enough([p for p in machine.probes if p.name not in unused], lost, name)
+    probes = _require_three([p for p in machine.probes if p.name not in unused], lost, name)
     names = [p.name for p in probes]
-    # a fit goes through the sensors that the machine file tells of; what is told from readings alone is freed of them
+    # a fit models the sensor effects of the machine file; evaluations of the readings alone need them removed
     seen, upright = freed(laid, machine)
     planes = to_planes(_bridged(seen, probes), upright, names)
     time = planes.time.to_numpy()
@@ -208,16 +210,18 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         Rotation.of(laid, machine).before(None),
         springing_back(rotor),
     )
-    # a first guess, which need not know the sag: the fit finds the instant
-    found, release = _told(release_of(*searched), name)
+    # a first guess, for which the sag may be left out: the fit finds the instant
+    found, release = _known_release(release_of(*searched), name)
     after_hole = np.append(False, too_long(np.diff(time)))
     stages = stages_of(machine)
     _check_unbroken(time, after_hole, release, stages.least, name)
     counted = stages.at(_COUNTED_S)
     turning = fit_turning(laid, machine, release, name)
-    held = _held(time, release, turning.begin)
-    probes = _enough(
-        [p for p in probes if _tells(time, after_hole, laid[p.name].values, release, counted, held)], lost, name
+    levitated = _levitated_samples(time, release, turning.begin)
+    probes = _require_three(
+        [p for p in probes if _has_enough_samples(time, after_hole, laid[p.name].values, release, counted, levitated)],
+        lost,
+        name,
     )
     _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
@@ -226,15 +230,15 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     places = [f"{name}: probe '{p.name}'" for p in probes]
-    noise = _noise(raw, time, after_hole, held, turning.since(time[held] - release), machine, places)
-    free_fall, scales = _of_wrong_scales(found, machine)
-    if scales:  # what a shaft that springs back does in the fall may look so, without its sag
-        free_fall, scales = _of_wrong_scales(release_of(*searched, sag_of(machine, rotor)) or found, machine)
+    noise = _noise(raw, time, after_hole, levitated, turning.since(time[levitated] - release), machine, places)
+    free_fall, scales = _failed_scale_checks(found, machine)
+    if scales:  # the spring-back of the shaft, neglected without its sag, may look like a wrong scale
+        free_fall, scales = _failed_scale_checks(release_of(*searched, sag_of(machine, rotor)) or found, machine)
     remarks = [
-        *_of_probes(machine, probes, unused, lost),
+        *_probe_remarks(machine, probes, unused, lost),
         *(f"probe '{each.channel}': {each.detail}" for each in failed if each.check == "dead"),
         *wrong_speed,
-        *_of_scale(turning),
+        *_speed_scale_remarks(turning),
         *(f"end '{end}': {back}" for end in machine.ends if (back := returned(planes, end, machine, release))),
         *(f"{each.channel}: {each.detail}" for each in free_fall),
     ]
@@ -257,11 +261,11 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         faults=tuple(
             f"{name}: {each.channel or 'record'}: {each.detail}"
             for each in failed
-            if each.check not in ("present", "dead", "speed")  # which the remarks tell
+            if each.check not in ("present", "dead", "speed")  # these are among the remarks
         ),
         foreign=next((f"{name}: {each.detail}" for each in failed if each.check == "machine"), ""),
         whirls_backward=tuple(each.channel for each in failed if each.check == "whirl"),
-        crossed=tuple(pair for each in crossed for pair in _crossed(each, probes)),
+        crossed=tuple(pair for each in crossed for pair in _crossed_pairs(each, probes)),
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
@@ -269,21 +273,21 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     )
 
 
-def _of_wrong_scales(found: Release, machine: Machine) -> tuple[list[Check], list[Check]]:
-    """Return the failed checks of a fall's acceleration, and with them those of the probes' scales."""
+def _failed_scale_checks(found: Release, machine: Machine) -> tuple[list[Check], list[Check]]:
+    """Return the failed checks of the fall's acceleration, and these with the failed checks of the probes' scales."""
     free_fall = [each for each in check_free_fall(found, machine) if not each.passed]
     return free_fall, [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
 
 
-def _crossed(found: Check, probes: Sequence[Probe]) -> list[tuple[str, str]]:
-    """Return the pair of probes that a check of circles names, and the one of the others, which looks the same."""
+def _crossed_pairs(found: Check, probes: Sequence[Probe]) -> list[tuple[str, str]]:
+    """Return the pair of probes named by the check of circles, and the pair of the others, which it cannot distinguish."""
     named = found.channel.split(", ")
     others = [probe.name for probe in probes if probe.name not in named]
     return [(pair[0], pair[1]) for pair in (named, others) if len(pair) == 2]
 
 
-def _told(found: Release | None, name: str) -> tuple[Release, float]:
-    """Return a release and its instant, s; raise InputError where it is not told."""
+def _known_release(found: Release | None, name: str) -> tuple[Release, float]:
+    """Return a release and its instant, s; raise InputError where it is unknown."""
     if found is None:
         raise InputError(
             f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
@@ -294,13 +298,13 @@ def _told(found: Release | None, name: str) -> tuple[Release, float]:
     return found, float(found.time.value)
 
 
-def _of_probes(
+def _probe_remarks(
     machine: Machine, probes: Sequence[Probe], unused: Mapping[str, str], lost: Mapping[str, int]
 ) -> list[str]:
-    """Say which probes of a machine take no part, and of which others samples are missing."""
+    """Return remarks on the probes of a machine that are not used, and on missing samples of the others."""
     said = [
         f"calibrated without probe '{p.name}'"
-        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # checks have no table here
+        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # no table of checks here
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes
@@ -310,8 +314,8 @@ def _of_probes(
     return said
 
 
-def _of_scale(turning: Turning) -> list[str]:
-    """Say by how much the scale of a speed signal is wrong that the keyphasor contradicts."""
+def _speed_scale_remarks(turning: Turning) -> list[str]:
+    """Return a remark on the scale error of a speed signal that the keyphasor contradicts."""
     off = turning.signal_over_pulses - 1
     if off == 0:
         return []
@@ -321,10 +325,10 @@ def _of_scale(turning: Turning) -> list[str]:
     ]
 
 
-def _held(time: Array, release: float, begin: float) -> NDArray[np.bool_]:
-    """Return which samples show the shaft held and turning as it is released, which it does since `begin`, s."""
+def _levitated_samples(time: Array, release: float, begin: float) -> NDArray[np.bool_]:
+    """Return the mask of levitated samples with the acceleration up to the release, which the shaft has since `begin`, s."""
     clear = time < release - _CLEAR_S
-    last = time[clear][-_FEWEST_HELD:]
+    last = time[clear][-_FEWEST_LEVITATED:]
     return clear & (time >= min([begin, *last[:1].tolist()]))
 
 
@@ -332,24 +336,24 @@ def _noise(
     raw: Array,
     time: Array,
     after_hole: NDArray[np.bool_],
-    held: NDArray[np.bool_],
+    levitated: NDArray[np.bool_],
     angle: Array,
     machine: Machine,
     places: Sequence[str],
 ) -> tuple[Noise, ...]:
-    """Return the noise of each row of readings (probes, n) where it is held at angles, in the longest piece without a hole."""
-    before = time[held]
+    """Return the noise of each row of readings (probes, n) in its longest `levitated` piece without a hole."""
+    before = time[levitated]
     found = []
-    for row, place in zip(raw[:, held], places, strict=True):
-        at = _longest_piece(row, after_hole[held])
+    for row, place in zip(raw[:, levitated], places, strict=True):
+        at = _longest_piece(row, after_hole[levitated])
         found.append(levitated_noise(before[at], row[at], angle[at], machine.mains, place))
     return tuple(found)
 
 
 def _cleaned(raw: Array, noise: Sequence[Noise], time: Array, angle: Array, mains: float) -> Array:
-    """Return readings (probes, n) without hum and the surface's higher orders, which go on after the release as before.
+    """Return readings (probes, n) without hum and the surface's higher orders, which continue unchanged after the release.
 
-    Once and twice a revolution stay: they are the model's.
+    1X and 2X stay, since the model has them.
     """
     cleaned = raw.copy()
     for row, each in zip(cleaned, noise, strict=True):
@@ -359,7 +363,7 @@ def _cleaned(raw: Array, noise: Sequence[Noise], time: Array, angle: Array, main
     return cleaned
 
 
-def _enough(probes: Sequence[Probe], lost: Mapping[str, int], name: str) -> tuple[Probe, ...]:
+def _require_three(probes: Sequence[Probe], lost: Mapping[str, int], name: str) -> tuple[Probe, ...]:
     """Return probes; raise InputError where they are too few."""
     if len(probes) < 3:
         raise InputError(
@@ -370,35 +374,35 @@ def _enough(probes: Sequence[Probe], lost: Mapping[str, int], name: str) -> tupl
 
 
 def _bridged(laid: xr.Dataset, probes: Sequence[Probe]) -> xr.Dataset:
-    """Return a record whose probes have straight lines over what is missing: good for where it fell, not for a fit."""
+    """Return a record with the probes' gaps interpolated linearly: good enough to find the release, not for a fit."""
     rows = {probe.name: laid[probe.name] for probe in probes}
     return laid.assign({name: (row.dims, bridged(row.values), row.attrs) for name, row in rows.items()})
 
 
 def bridged(values: Array) -> Array:
-    """Return values with straight lines over those that are missing."""
+    """Return values with gaps interpolated linearly."""
     there, index = np.isfinite(values), np.arange(values.size)
     return values if there.all() else np.interp(index, index[there], values[there])
 
 
-def _tells(
+def _has_enough_samples(
     time: Array,
     after_hole: NDArray[np.bool_],
     values: Array,
     release: float,
     counted: float,
-    held: NDArray[np.bool_],
+    levitated: NDArray[np.bool_],
 ) -> bool:
-    """True where a probe has most of its samples while the drop is followed, and enough where it is held in one piece."""
+    """True where a probe has most samples of the fitted stretch and a long enough piece of the levitated one."""
     followed = (time >= release - _CLEAR_S) & (time < release + counted)
-    piece = _longest_piece(values[held], after_hole[held])
-    most = _longest_piece(np.zeros(held.sum()), after_hole[held])
-    enough = piece.stop - piece.start >= _HELD * (most.stop - most.start)
-    return bool(np.isfinite(values[followed]).mean() >= _THERE and enough)
+    piece = _longest_piece(values[levitated], after_hole[levitated])
+    most = _longest_piece(np.zeros(levitated.sum()), after_hole[levitated])
+    enough = piece.stop - piece.start >= _LEAST_PIECE * (most.stop - most.start)
+    return bool(np.isfinite(values[followed]).mean() >= _LEAST_PRESENT and enough)
 
 
 def _longest_piece(values: Array, after_hole: NDArray[np.bool_]) -> slice:
-    """Return the longest stretch without a missing sample and without a hole in time."""
+    """Return the longest stretch without a missing sample or a hole in the time axis."""
     there = np.isfinite(values)
     begin = np.flatnonzero(there & np.append(True, ~there[:-1] | after_hole[1:]))
     end = np.flatnonzero(there & np.append(~there[1:] | after_hole[1:], True)) + 1
@@ -409,7 +413,7 @@ def _longest_piece(values: Array, after_hole: NDArray[np.bool_]) -> slice:
 
 
 def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, least: float, name: str) -> None:
-    """Raise InputError where the time axis has a hole while the release and the first contacts are followed."""
+    """Raise InputError where the time axis has a hole between the lead before the release and the first contacts."""
     followed = after_hole & (time > release - LEAD_S) & (np.append(time[0], time[:-1]) < release + least)
     if followed.any():
         at = int(np.flatnonzero(followed)[0])
@@ -429,7 +433,7 @@ def _check_length(time: Array, release: float, least: float, name: str) -> None:
 
 
 def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str) -> None:
-    """Raise InputError where an end never gets so far from its levitated place that it can have touched."""
+    """Raise InputError where an end never moves far enough from its levitated position to have touched."""
     after = planes.time.to_numpy() >= release
     moved = planes.displacement.to_numpy()
     for i, bearing in enumerate(machine.touchdown_bearings):

@@ -1,8 +1,8 @@
-"""Probes connected as others: the model then follows the drops once their readings are put back.
+"""Exchanged probe cables: the model follows the drops only after their readings are put back.
 
-What two probes exchanged do to the readings alone (1X whirls backward, neither end moves on a circle) other causes may do
-too, and with all probes of both ends exchanged, or positions counted from the other end of the shaft, the ends move on circles
-as ever.  So it is told by what loads, supports and shapes make of the fall and the first contacts.
+The signs of two exchanged probes in the readings alone (backward 1X whirl, no circular motion at either end) may have other
+causes; and with all probes of both ends exchanged, or positions counted from the other end of the shaft, both ends still move
+on circles.  So the decision is by fits to the fall and the first contacts, which depend on loads, supports and mode shapes.
 """
 
 from __future__ import annotations
@@ -18,10 +18,11 @@ from tdbmon.identify.first_fits import STAGES, few_drops, first_fits, of_which
 from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.problem import Problem, build_problem
 
-_FAILS = 3.0  # misfit a residual of a model that lacks something
-# times less is left with the ends exchanged: of 12 synthetic cases as recorded with a hidden effect or none it was never less
+_FAILS = 3.0  # misfit ratio of a plain model that lacks something
+# least ratio of the misfits as recorded and put back; in 12 correctly connected synthetic cases, with a hidden effect or none,
+# an exchange never lowered the misfit
 _CLEARLY = 3.0
-# times the least that is left: such an exchange may be it as well, as on a shaft that is the same end for end
+# times the least misfit ratio: exchanges up to here are as likely, as on a shaft that is symmetric end for end
 _ALIKE = 1.5
 
 Pairs = tuple[tuple[str, str], ...]
@@ -29,14 +30,14 @@ Pairs = tuple[tuple[str, str], ...]
 
 @dataclass(frozen=True)
 class _Exchange:
-    """Probes that may be connected as each other, in pairs; what that is in words, and the question it comes to."""
+    """Pairs of probes whose cables may be exchanged, that exchange in words, and the question to the user."""
 
     pairs: Pairs
     words: str
     question: str
 
     def put_back(self, drop: MeasuredDrop) -> MeasuredDrop | None:
-        """Return a drop with the readings where they belong; None where it lacks one of the probes."""
+        """Return a drop with the readings assigned to the right probes; None where it lacks one of them."""
         names = [probe.name for probe in drop.probes]
         partner = {a: b for pair in self.pairs for a, b in (pair, pair[::-1])}
         if not partner.keys() <= set(names):
@@ -46,7 +47,7 @@ class _Exchange:
 
 
 def exchanged_cables(problem: Problem, plain: Mapping[float, Fit]) -> str | None:
-    """Say which probes look exchanged, where the model fits far better so; None where none do.
+    """Return a message naming the probes that look exchanged, where the model then fits far better; None where none do.
 
     Parameters
     ----------
@@ -76,7 +77,7 @@ def exchanged_cables(problem: Problem, plain: Mapping[float, Fit]) -> str | None
 
 
 def _ratio(problem: Problem, drops: Sequence[MeasuredDrop], exchange: _Exchange) -> float | None:
-    """Return what the plain model leaves of drops once put back, a residual; None where that cannot be told."""
+    """Return the plain model's misfit ratio with the readings of an exchange put back; None where it cannot be computed."""
     put_back = tuple(drop for drop in map(exchange.put_back, drops) if drop is not None)
     if len(put_back) < len(drops):
         return None
@@ -89,7 +90,7 @@ def _ratio(problem: Problem, drops: Sequence[MeasuredDrop], exchange: _Exchange)
 
 
 def _exchanges(machine: Machine, drops: Sequence[MeasuredDrop]) -> Iterator[_Exchange]:
-    """Yield what may be exchanged: both ends, probe by probe in the order of their angles, and what checks of all drops doubt."""
+    """Yield the exchanges to try: all probes of both ends, paired by angle, and those suspected by the checks of every drop."""
     one, other = (sorted((p for p in drops[0].probes if p.end == end), key=lambda p: p.angle) for end in machine.ends)
     first, second = machine.ends
     if len(one) == len(other):

@@ -1,4 +1,4 @@
-"""How far out the recorded shaft goes, against what forces are told of: the time that is simulated, and the simulations."""
+"""Excursions of the recorded shaft that the stated forces do not cover: later than simulated, or unlike the simulations."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from tdbmon.record.finding import um
 
 Array = NDArray[np.float64]
 
-_FARTHER = 0.15  # of the gap: a shaft that goes so much farther out presses harder
-# of the greatest outward speed before: a blow may be as hard.  Of synthetic drops from 5 to 700 Hz the true force after 0.2 s
-# came to 0.72 to 1.4 of that before where this tells of them, else to 0.63 at most
+_FARTHER = 0.15  # of the gap: an excursion larger by this means a larger force
+# of the greatest outward speed before: a later blow may be as hard.  In synthetic drops from 5 to 700 Hz the greatest force after
+# 0.2 s was 0.72 to 1.4 times that before where this limit was passed, and 0.63 times at most elsewhere
 _AS_HARD = 0.65
-_FLIGHT = 3e-4  # s
+_FLIGHT = 3e-4  # s, span of the speed's difference quotient
 
 
 def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
-    """Say at which ends the shaft goes farther out, or strikes as hard, after the time that forces are told of.
+    """Return remarks on ends where the shaft goes farther out, or strikes as hard, after the simulated time.
 
     Whirl may set in late, and a fast rotor may bounce for seconds.
 
@@ -53,7 +53,7 @@ def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
                 f" {SECONDS:g} s, and may be far greater later (see whirl)"
             )
             continue
-        speed = _outward(since, out)
+        speed = _outward_speed(since, out)
         within, later = speed[(since > 0) & (since <= SECONDS)], speed[since > SECONDS]
         if np.nanmax(later, initial=0.0) > _AS_HARD * np.nanmax(within, initial=0.0):
             at, fastest = float(since[since > SECONDS][np.nanargmax(later)]), float(np.nanmax(later))
@@ -66,8 +66,8 @@ def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
     return tuple(remarks)
 
 
-def _outward(since: Array, out: Array) -> Array:
-    """Return the speed (k,) with which a distance grows, m/s: over a time that is short beside a flight and quiets noise."""
+def _outward_speed(since: Array, out: Array) -> Array:
+    """Return the rate of change (k,) of a distance, m/s, over a span that averages noise and is short against a flight."""
     step = max(1, round(_FLIGHT / (since[1] - since[0])))
     speed = np.full(len(out), np.nan)
     speed[step:] = (out[step:] - out[:-step]) / (since[step:] - since[:-step])
@@ -75,9 +75,9 @@ def _outward(since: Array, out: Array) -> Array:
 
 
 def astray_remarks(calibration: Calibration, drop: int, told: DropForces) -> tuple[str, ...]:
-    """Say at which ends the shaft goes otherwise than in most of the simulations that forces are told by.
+    """Return remarks on ends where the shaft moves unlike most of the simulations that the forces come from.
 
-    Where paths have parted some whirl and others do not: the middle of all may be that of no whirl, and the record whirl.
+    Once paths have diverged, some whirl and others do not; the median may be without whirl while the record shows it.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def astray_remarks(calibration: Calibration, drop: int, told: DropForces) -> tup
             continue
         reached, usual = float(np.nanmax(out)), float(np.median(found.farthest))
         near = _FARTHER * bearing.radial_gap.nominal
-        seen = span.stop < len(since) and np.isfinite(out).all()  # or it may go farther where nobody looked
+        seen = span.stop < len(since) and np.isfinite(out).all()  # missing samples may lie farther out
         if reached - usual < near and (usual - reached < near or not seen):
             continue
         like = found.peaks[np.abs(found.farthest - reached) < near] / 1e3

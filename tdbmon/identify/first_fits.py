@@ -1,4 +1,4 @@
-"""The plain model fitted to the first contacts of two drops: by these fits it is judged whether the machine file is right."""
+"""The plain model fitted to the first contacts of two drops: the fits by which the machine file is checked."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from tdbmon.identify.least_squares import Fit, fit_or_none
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.stages import Stages
 
-STAGES = Stages()  # those of a usual gap: the gap that the file states may be what is wrong
-SLOPES = 4  # of each fit
-_DROPS = 2  # that are looked at
+STAGES = Stages()  # those of a usual gap, since the gap in the file may be wrong
+SLOPES = 4  # Jacobians per fit
+_DROPS = 2  # drops used
 
 
 def few_drops(problem: Problem) -> Problem:
@@ -20,16 +20,16 @@ def few_drops(problem: Problem) -> Problem:
 
 
 def of_which(problem: Problem) -> str:
-    """Say of which drops that is, behind what is told of them; "" where these are all."""
+    """Return the names of these drops as a suffix for messages; "" where the problem has no others."""
     if len(problem.drops) <= _DROPS:
         return ""
     return f" of {' and '.join(drop.name for drop in problem.drops[:_DROPS])}"
 
 
 def first_fits(few: Problem) -> Mapping[float, Fit]:
-    """Return fits from the nominal values on to the fall and the first contacts, by their horizons in s.
+    """Return successive fits to the fall and the first contacts from the nominal values, by horizon, s.
 
-    None beyond where the model cannot be simulated.
+    They end at the first horizon to which the model cannot be simulated.
     """
     fits: dict[float, Fit] = {}
     point = few.start

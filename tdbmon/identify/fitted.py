@@ -25,7 +25,7 @@ from tdbmon.quantity import printed
 
 @dataclass(frozen=True, eq=False)
 class FittedDrop:
-    """A drop in a calibration, which may hold others too, and the forces of that drop.
+    """A drop with its calibration, which may be on other drops too, and its forces.
 
     Attributes
     ----------
@@ -33,11 +33,11 @@ class FittedDrop:
         Its first drop is this one.
     forces : DropForces
     coast_down : CoastDown or None
-        The drop simulated to its record's end; None where that was not asked for, or the record holds no coast-down.
+        The drop simulated to its record's end; None where not requested, or where the record has no coast-down.
     others : tuple of DropForces
         Of the drops that were fitted together with this one.
     notes : tuple of str
-        What belongs on the first page, beside the forces: blows that come later, gaps that contradict each other.
+        Remarks for the first page, beside the forces: later blows, contradictory gaps.
     """
 
     calibration: Calibration
@@ -48,11 +48,11 @@ class FittedDrop:
 
     @property
     def all_forces(self) -> tuple[DropForces, ...]:
-        """Of this drop and the others, in the order of the calibration's drops."""
+        """Forces of this drop and the others, in the order of the calibration's drops."""
         return (self.forces, *self.others)
 
     def beside(self, measured: Analysis) -> FittedDrop:
-        """Return the same with a remark on each end whose gap the analysis of the record tells otherwise."""
+        """Return the same with a remark on each end whose fitted gap contradicts the analysis of the record."""
         if self.forces.withheld:
             return self
         found = gap_contradictions(self.calibration, measured)
@@ -65,17 +65,17 @@ class FittedDrop:
 
     @cached_property
     def agreement(self) -> Agreement:
-        """The drop as measured against the drop as simulated."""
+        """The measured against the simulated drop."""
         return agreement(self.calibration)
 
     @cached_property
     def friction(self) -> FrictionChoice | None:
-        """The friction as the source chooses it; None where the probes show the orbit of no end."""
+        """The friction chosen by sensitivity; None where the probes determine the orbit of no end."""
         return choose_friction(self.calibration) if self.agreement.ends else None
 
     @cached_property
     def natural_frequencies(self) -> NaturalFrequencies:
-        """Of the calibrated rotor at rest on its touchdown bearings."""
+        """Natural frequencies of the calibrated rotor at rest on its touchdown bearings."""
         return natural_frequencies(self.calibration)
 
 
@@ -89,20 +89,20 @@ def fit_drop(
     machine : Machine
     record : Dataset
     progress : callable
-        Is told the name of each step as it begins.
+        Called with the name of each step as it begins.
     also : sequence of Dataset, optional
-        Other drops of the machine in the same condition: what they share is fitted to all at once.
+        Other drops of the machine in the same condition, fitted together with this one.
     workers : int
-        Processes that take part (see `tdbmon.identify.crew.Crew`).
+        Number of worker processes (see `tdbmon.identify.crew.Crew`).
 
     Raises
     ------
     InputError
-        If a record cannot be used for it (see `tdbmon.identify.calibrate.fit_drops`).
+        If a record cannot be used for a fit (see `tdbmon.identify.calibrate.fit_drops`).
     """
     calibration = fit_drops(machine, [record, *also], progress=progress, workers=workers)
     measured = calibration.problem.drops
-    faults = [fault for drop in measured[1:] for fault in drop.faults]  # the analysis tells those of the first
+    faults = [fault for drop in measured[1:] for fault in drop.faults]  # those of the first are in its analysis
     progress("simulating the forces")
     told = forces_of(calibration)
     notes = [
@@ -114,10 +114,10 @@ def fit_drop(
 
 
 def gap_contradictions(calibration: Calibration, measured: Analysis) -> tuple[str, ...]:
-    """Say of which ends the clearance circle of the settled shaft and the fit tell gaps that exclude each other.
+    """Return remarks on ends where the gaps by the clearance circle of the settled shaft and by the fit exclude each other.
 
-    They rest on other things: the circle on an arc about the bottom and on a straight line through the probes, the fit on
-    falls and blows and on the machine file.
+    The two are independent: the circle rests on an arc about the bottom and a straight line through the probes, the fit on
+    falls and impacts and on the machine file.
     """
     found = []
     for name, end in measured.ends.items():

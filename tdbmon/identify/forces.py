@@ -1,9 +1,9 @@
-"""Forces and stresses of calibrated drops, which no sensor measured, with what is not known of them.
+"""Forces and stresses of calibrated drops, which no sensor measured, with their uncertainty.
 
-An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is
-a curve with a band.  Trajectories with impacts part exponentially: from where the members have parted, a curve would say
-nothing, and the history ends.  A peak force is the greatest of all that is simulated of a member, so that its
-interval holds what comes after within that time; of a shaft that goes farther out still later `tdbmon.identify.excursions` tells.
+An ensemble of simulations is drawn from the calibration's covariance.  As long as its members stay together, a history is a
+curve with a band.  Trajectories with impacts diverge exponentially: once the members have diverged, a curve would be
+meaningless, and the history ends.  A peak force is the greatest over a member's whole simulation, so its interval covers later
+impacts within that time too; `tdbmon.identify.excursions` remarks on a shaft that goes farther out still later.
 """
 
 from __future__ import annotations
@@ -39,9 +39,9 @@ from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
-SECONDS = 0.2  # after the release
-_FINER = 0.5  # times the usual step, between which up to 1.6 % of a sharp blow may lie; 0.4 % with half of it
-_SAMPLING = 40e3  # Hz, at least: each step of a contact, whose first blow a record's samples may miss by a tenth
+SECONDS = 0.2  # simulated after the release
+_FINER = 0.5  # times the usual step, with which a sharp peak is up to 1.6 % too low; 0.4 % with half of it
+_SAMPLING = 40e3  # Hz, at least: at a record's own rate the first peak may be missed by a tenth
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,11 +51,11 @@ class ForceHistory:
     Attributes
     ----------
     time : (k,) array
-        s after the release, as long as the ensemble's members stay together.
+        s after the release, until the ensemble's members have diverged.
     force, low, high : (k,) arrays
         Median and 95 % band, N.
     parted : float
-        s after the release from which the members have parted; the end of the history where they never do.
+        Time at which the members have diverged, s after the release; the end of the history where they never do.
     """
 
     time: Array
@@ -67,12 +67,12 @@ class ForceHistory:
 
 @dataclass(frozen=True)
 class ContactForce:
-    """One contact, before the members have parted.
+    """One contact, before the members have diverged.
 
     Attributes
     ----------
     start, seconds : float
-        s after the release, and how long it lasts, of the fitted drop.
+        Start, s after the release, and duration, s, in the fitted drop.
     peak : Estimate
         N.
     impulse, impulse_low, impulse_high : float
@@ -89,7 +89,7 @@ class ContactForce:
 
 @dataclass(frozen=True)
 class EndForces:
-    """What one touchdown bearing took in one drop.
+    """Forces and stresses of one touchdown bearing in one drop.
 
     Attributes
     ----------
@@ -99,14 +99,14 @@ class EndForces:
         Greatest normal force, N.
     contacts : tuple of ContactForce
     impulse, impulse_low, impulse_high : float
-        Of the whole time, N s; NaN where the forces are withheld.
+        Over the whole simulated time, N s, with its 95 % interval; NaN where the forces are withheld.
     stress : Stress
     ring_at_speed : Estimate
-        When the inner ring turns with the journal, s after the release.
+        Time at which the inner ring reaches the journal's speed, s after the release.
     fatigue : tuple of DropFatigue
-        Of the balls, in each of the members.
+        Of the balls, one per member.
     peaks, farthest : (members,) arrays
-        Greatest normal force, N, and distance of the shaft from the bearing's centre, m, of each of them.
+        Each member's greatest normal force, N, and greatest distance of the shaft from the bearing's centre, m.
     """
 
     end: str
@@ -132,13 +132,13 @@ class DropForces:
     name : str
         The record's file.
     seconds : float
-        Simulated after the release.
+        Simulated time after the release.
     members : int
-        Simulations in the ensemble, the fitted one among them.
+        Number of simulations in the ensemble, the fitted one included.
     ends : dict
         By the end's name.
     withheld : str
-        Why none of them is told (`Calibration.no_forces`); empty where they are.
+        Reason why the forces are withheld (`Calibration.no_forces`); empty where they are not.
     """
 
     name: str
@@ -150,10 +150,10 @@ class DropForces:
 
 @dataclass(frozen=True, eq=False)
 class _Member:
-    """One simulation.
+    """One simulation of the ensemble.
 
-    Time after the release (k,); place (2 ends, k) complex; normal force, stress, whether the ring turns with the journal (2, k);
-    peaks (2,); fatigue of both ends.
+    Time after the release (k,); position (2 ends, k) complex; normal force, stress, whether the ring turns with the journal (2,
+    k); peak forces (2,); fatigue of both ends.
     """
 
     time: Array
@@ -166,17 +166,17 @@ class _Member:
 
 
 def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int = MEMBERS) -> tuple[DropForces, ...]:
-    """Simulate the calibrated drops on from their fitted states, and say what the bearings took.
+    """Simulate the calibrated drops from their fitted states and return the forces on the bearings.
 
-    Where the calibration tells none of a drop (`Calibration.no_forces`) they are missing, with that reason.
+    Forces that the calibration withholds (`Calibration.no_forces`) are missing, with the reason.
 
     Parameters
     ----------
     calibration : Calibration
     seconds : float
-        After the release.
+        Simulated time after the release.
     members : int
-        Simulations a drop, at least 8.
+        Simulations per drop, at least 8.
 
     Returns
     -------
@@ -186,7 +186,7 @@ def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int =
     Raises
     ------
     InputError
-        If fewer than 8 members are asked for, `seconds` is not positive, or hardly any draw can be simulated.
+        If `members` is below 8, `seconds` is not positive and finite, or too few draws can be simulated.
     """
     if members < 8:
         raise InputError(f"{members} members make no interval; give at least 8")
@@ -217,7 +217,7 @@ def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int =
 
 
 def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Trajectory | None:
-    """Simulate a drop from fitted values on to so long after the release, as finely as forces and stresses need it.
+    """Simulate a drop at given values to `seconds` after the release, with the step that forces and stresses need.
 
     Returns
     -------
@@ -227,15 +227,15 @@ def _simulated(problem: Problem, point: Array, drop: int, seconds: float) -> Tra
     shared, own = problem.values(point, drop)
     try:
         model, _ = problem.setting(shared, own, drop)
-        plan = _lasting(problem.drops[drop], own, seconds)
+        plan = _plan_until(problem.drops[drop], own, seconds)
         step = _FINER * usual_step(model)
         return run(model, replace(plan, sampling=max(plan.sampling, _SAMPLING), step=step))
     except InputError:
         return None
 
 
-def _lasting(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
-    """Return the plan of a drop at values of its own, from its window's first sample to so long after the release."""
+def _plan_until(measured: MeasuredDrop, own: Values, seconds: float) -> DropPlan:
+    """Return the plan of a drop with its own values, from its window's first sample to `seconds` after the release."""
     first, _ = window(measured, 0.0)
     count = math.ceil((measured.release + own["release"] + seconds - measured.time[first]) / measured.interval) + 1
     return drop_plan(measured, own, first, count)
@@ -264,10 +264,10 @@ def _member(problem: Problem, point: Array, drop: int, seconds: float) -> _Membe
 
 def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, seconds: float) -> EndForces:
     fitted = members[0]
-    # a member's release may be earlier or later than that of the fitted drop: all are laid on its samples after release
+    # a member's release may be earlier or later than the fitted drop's: all are interpolated to its samples
     time = fitted.time[fitted.time >= 0]
     normal = np.stack([np.interp(time, m.time, m.normal[end]) for m in members])
-    for force, member in zip(normal, members, strict=True):  # its greatest lies between samples
+    for force, member in zip(normal, members, strict=True):  # the peak lies between samples
         at = int(force.argmax())
         force[at] = max(force[at], member.peak[end]) if force[at] > 0 else 0.0
     place = np.stack(
@@ -298,7 +298,7 @@ def _end_forces(members: list[_Member], end: int, name: str, machine: Machine, s
 
 
 def _withheld(bearing: TouchdownBearing, why: str) -> EndForces:
-    """Return the forces of an end that are not told."""
+    """Return the missing forces of an end, with the reason."""
     nothing = np.empty(0)
     return EndForces(
         end=bearing.name,
@@ -317,7 +317,7 @@ def _withheld(bearing: TouchdownBearing, why: str) -> EndForces:
 
 
 def _peak(peaks: Array, seconds: float, sampled: bool = False) -> Estimate:
-    """Return the greatest force of the members (n,), N; `sampled`: of a contact that is not the hardest of all of them."""
+    """Return the greatest force from those of the members (n,), N; `sampled` where some are sampled, not refined peaks."""
     of = "of the contact" if sampled else f"of {first(seconds)}"
     rule = f"greatest {of}, median of {len(peaks)} simulations drawn from the calibration"
     beside = f"; but for the greatest of each, at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
@@ -327,7 +327,7 @@ def _peak(peaks: Array, seconds: float, sampled: bool = False) -> Estimate:
 def _impulse(normal: Array, time: Array) -> tuple[float, float, float]:
     """Return the impulse of the fitted drop, the first of the members (n, k), and its 95 % interval, N s.
 
-    The fitted drop is one of the members, and may be an odd one: the interval holds it all the same.
+    The fitted drop may be an outlier among the members: the interval is extended to include it.
     """
     impulses = np.asarray(np.trapezoid(normal, time, axis=1))
     fitted = float(impulses[0])
@@ -336,7 +336,7 @@ def _impulse(normal: Array, time: Array) -> tuple[float, float, float]:
 
 
 def _contacts(time: Array, normal: Array, parted: float, seconds: float) -> tuple[ContactForce, ...]:
-    """Return the fitted drop's contacts, each with the force of all members within it and half its length around."""
+    """Return the fitted drop's contacts, each with the members' forces up to halfway to the neighbouring contacts."""
     spans: list[list[int]] = []
     for pressed in runs_of(normal[0] > 0):
         if spans and time[pressed.start] - time[spans[-1][1] - 1] < NOISE_S:
@@ -347,13 +347,13 @@ def _contacts(time: Array, normal: Array, parted: float, seconds: float) -> tupl
     for k, (begin, stop) in enumerate(spans):
         if stop >= len(time) or time[stop - 1] >= parted:
             break
-        if stop - begin < 2:  # a graze of one sample
+        if stop - begin < 2:  # a rub of one sample
             continue
         left = (spans[k - 1][1] + begin) // 2 if k else 0
         right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
         part = normal[:, left:right]
         peaks = part.max(axis=1)
-        if np.median(peaks) == 0.0:  # a graze that most members miss
+        if np.median(peaks) == 0.0:  # a rub that most members miss
             continue
         impulse, impulse_low, impulse_high = _impulse(part, time[left:right])
         found.append(
@@ -370,7 +370,7 @@ def _contacts(time: Array, normal: Array, parted: float, seconds: float) -> tupl
 
 
 def _at_speed(members: list[_Member], end: int) -> Estimate:
-    """Return when the ring turns with the journal; a member in which it does not reaches that later than any time."""
+    """Return when the ring reaches the journal's speed; members in which it does not count as later than any time."""
     times = np.full(len(members), np.inf)
     for i, member in enumerate(members):
         there = np.flatnonzero(member.rolls[end] & (member.time > 0))

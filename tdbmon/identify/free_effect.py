@@ -14,7 +14,7 @@ _ANGLE_SPAN = 0.5  # rad
 
 
 def place_in_words(where: str) -> str:
-    """Return the place of an effect as people say it."""
+    """Return the place of an effect in words."""
     return {"both": "both ends", "rotor": "the rotor"}.get(where, where)
 
 
@@ -27,7 +27,7 @@ class PlacedEffect:
     declared : EffectDeclaration
     where : str
     held : mapping
-        Parameters that stay, SI or a word.
+        Fixed parameters, SI or a word.
     """
 
     declared: EffectDeclaration
@@ -47,19 +47,19 @@ class PlacedEffect:
 
 @dataclass(frozen=True, eq=False)
 class FreeEffect(PlacedEffect):
-    """An effect whose parameters are free but for those held, for all drops or for each.
+    """An effect whose parameters are fitted except those held, as shared or as per-drop parameters.
 
     Attributes
     ----------
     start : mapping
-        Where those that all drops share begin, SI.
+        Starting values of the shared parameters, SI.
     each_start : tuple of mapping
-        The same for those that differ from drop to drop, a mapping a drop: the phase of something on the inner ring, whose
-        angle at the release nobody knows.
+        Starting values of the per-drop parameters, one mapping per drop: for instance the phase of a lobe on the inner ring,
+        whose angle at the release is unknown.
     each_held : tuple of mapping
-        Parameters that stay and differ from drop to drop: the number of a ball, counted from the cage's angle.
+        Fixed per-drop parameters: the number of a ball, counted from the cage's angle.
     known : mapping
-        Standard deviations (SI) of what is known of some shared ones, beside what the fit sees, about where they begin.
+        Prior standard deviations (SI) of some shared parameters about their starting values.
     """
 
     start: Mapping[str, float]
@@ -69,23 +69,23 @@ class FreeEffect(PlacedEffect):
 
     @property
     def shared(self) -> tuple[Parameter, ...]:
-        """The parameters that all drops share, for a fit."""
+        """The shared parameters of the fit."""
         return tuple(self._parameter(name, value) for name, value in self.start.items())
 
     def own(self, drop: int) -> tuple[Parameter, ...]:
-        """Return the parameters of one drop."""
+        """Return the per-drop parameters of one drop."""
         if not self.each_start:
             return ()
         return tuple(self._parameter(name, value) for name, value in self.each_start[drop].items())
 
     @property
     def of_each_drop(self) -> bool:
-        """True where angles or a number of it differ from drop to drop."""
+        """True where the effect has an angle or a number that differs from drop to drop."""
         return bool(self.each_start or self.each_held)
 
     @property
     def freedom(self) -> int:
-        """How many parameters it adds to a fit; a whole number of a drop among n counts as one."""
+        """Number of parameters that it adds to a fit; a per-drop integer counts as one."""
         return len(self.start) + sum(map(len, self.each_start)) + len(self.each_held)
 
     def _parameter(self, name: str, value: float) -> Parameter:
@@ -99,7 +99,7 @@ class FreeEffect(PlacedEffect):
         return Parameter(full, of.unit, nominal=value, low=low, high=high, sigma=sigma, moves=moves, span=span)
 
     def at(self, shared: Mapping[str, float], own: Mapping[str, float], drop: int) -> Effect:
-        """Return the effect with its parameters as a point of the fit has them.
+        """Return the effect with its parameters at given values of the fit.
 
         Raises
         ------
@@ -114,7 +114,7 @@ class FreeEffect(PlacedEffect):
 
 
 def _wrapped(declared: EffectDeclaration, values: Mapping[str, float]) -> dict[str, float]:
-    """Return values with angles within half a turn either way."""
+    """Return values with angles wrapped to within half a turn either way."""
     return {
         name: math.remainder(value, 2 * math.pi) if declared.parameter(name).goes_round else value
         for name, value in values.items()

@@ -1,8 +1,8 @@
-"""The friction coefficient chosen by sensitivity: which of many brings the simulated orbit nearest to the measured one.
+"""The friction coefficient chosen by sensitivity: the one whose simulated orbit is nearest to the measured one.
 
-The way of the source, before least squares: one coefficient for both ends is varied, everything else stays, and the one is
-chosen whose orbit is most like the measured (N. Neisi, dissertation, LUT University, sec. 3.1 and 4.3.2).  What is called
-alike there is stated here as the rms distance of the two orbits, and the deepest excursions stand beside it.
+The published method that preceded least squares: one coefficient for both ends is varied with everything else fixed, and the
+one whose orbit is most similar to the measured one is chosen (N. Neisi, dissertation, LUT University, sec. 3.1 and 4.3.2).
+Similarity is measured here by the rms distance of the two orbits; the deepest excursions are stated beside it.
 """
 
 from __future__ import annotations
@@ -21,10 +21,10 @@ from tdbmon.identify.prediction import predict, readings, window
 
 Array = NDArray[np.float64]
 
-GRID = np.round(np.arange(0.02, 0.3001, 0.01), 3)  # coefficients tried, and on beyond greater ones of the fit
-_BEYOND = 1.25  # times the greatest fitted one
-_FINE = 0.001  # step about the best of them
-_SECONDS = 0.06  # s after the release: the first contacts, before trajectories part
+GRID = np.round(np.arange(0.02, 0.3001, 0.01), 3)  # coefficients tried, continued where a fitted one is greater
+_BEYOND = 1.25  # times the greatest fitted coefficient: end of the grid at least
+_FINE = 0.001  # step about the best coefficient
+_SECONDS = 0.06  # s after the release: the first contacts, before trajectories diverge
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,11 +34,11 @@ class FrictionChoice:
     Attributes
     ----------
     seconds : float
-        After the release, over which orbits are compared.
+        Time after the release over which orbits are compared.
     tried : (m,) array
-        Coefficients of both ends, rising.
+        Coefficients of both ends, ascending.
     distance : dict
-        By the end's name, rms distance of simulated and measured orbit (m,), m.
+        By the end's name, rms distance between simulated and measured orbit (m,), m.
     deepest : dict
         Greatest simulated distance from the bearing's centre (m,), m.
     measured_deepest : dict
@@ -59,17 +59,17 @@ class FrictionChoice:
 
     @property
     def at_edge(self) -> bool:
-        """True where the chosen coefficient is the least or the greatest of those tried: the nearest may lie beyond."""
+        """True where the chosen coefficient is the least or the greatest tried: the optimum may lie beyond."""
         return self.chosen in (self.tried[0], self.tried[-1])
 
 
 def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _SECONDS) -> FrictionChoice:
-    """Vary the friction of both ends of a calibrated drop, all else as fitted; no further than the fit went.
+    """Vary the friction of both ends of a calibrated drop, all else as fitted, up to the horizon of the fit at most.
 
     Raises
     ------
     InputError
-        If no tried coefficient can be simulated, or the probes show the orbit of no end.
+        If no tried coefficient can be simulated, or the probes determine the orbit of no end.
     """
     machine, measured = calibration.calibrated, calibration.problem.drops[drop]
     seconds = min(seconds, calibration.horizon)  # beyond it another path may be the nearer one
@@ -117,14 +117,14 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
 
 
 def _grid(fitted: float) -> Array:
-    """Return the coefficients that are tried where the greatest fitted one is so great."""
+    """Return the coefficients to try for the greatest fitted one."""
     step, last = float(GRID[1] - GRID[0]), float(GRID[-1])
     more = max(math.ceil((_BEYOND * fitted - last) / step - 1e-9), 0)
     return np.concatenate([GRID, np.round(last + step * np.arange(1, more + 1), 3)])
 
 
 def _orbit(calibration: Calibration, drop: int, coefficient: float, seconds: float, span: slice) -> Array | None:
-    """Return the simulated place (ends, 2, k) at the record's samples `span`; None where it cannot be simulated."""
+    """Return the simulated position (ends, 2, k) at the record's samples `span`; None where it cannot be simulated."""
     problem, measured = calibration.problem, calibration.problem.drops[drop]
     shared, own = problem.values(calibration.point, drop)
     values = {**shared, **{f"{end}.friction": coefficient for end in calibration.machine.ends}}

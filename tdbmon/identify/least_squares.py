@@ -1,10 +1,10 @@
-"""A problem's minimum to a horizon, how well a point fits, and what is not known of it.
+"""Least-squares fit of a problem to a horizon, its misfit, and the covariance of the fitted point.
 
-Damped Gauss-Newton steps within bounds (K. Levenberg 1944; D. W. Marquardt, J. SIAM 11 (1963) 431).  Slopes cost a
-simulation a parameter, a step only one: so slopes are kept for several steps and corrected by what each step shows
-(C. G. Broyden, Math. Comp. 19 (1965) 577), and taken anew where the steps no longer gain.  Differences to one side are wrong
-by the curvature, which is great where paths have impacts: where a problem is to be searched to the bottom, a search that no
-longer gains by them goes on by the means of both sides, at twice the cost.
+Damped Gauss-Newton steps within bounds (K. Levenberg 1944; D. W. Marquardt, J. SIAM 11 (1963) 431).  A Jacobian costs one
+simulation per parameter, a step only one.  So the Jacobian is kept for several steps with rank-one updates (C. G. Broyden,
+Math. Comp. 19 (1965) 577), and computed anew where the steps no longer gain.  One-sided differences have an error in
+proportion to the curvature, which is large where paths have impacts: with `Problem.to_the_bottom`, a search that no longer gains
+by them continues with central differences, at twice the cost.
 """
 
 from __future__ import annotations
@@ -24,23 +24,23 @@ from tdbmon.identify.robust import huber, spread, squares
 Array = NDArray[np.float64]
 
 _LINEARISATIONS = 8  # at most
-_ENOUGH = 2e-3  # relative gain of a step, below which slopes are taken anew, or the fit ends
-_CHORDS = 2  # steps at most with the same slopes; with more, fits end in wrong minima
-_STALE_TRIES, _FRESH_TRIES = 3, 8  # dampings tried with old and with new slopes
-_BLOCK_S = 0.01  # s; what is left follows itself in time about as long as a bounce lasts
+_ENOUGH = 2e-3  # relative gain of a step, below which the Jacobian is computed anew, or the fit ends
+_CHORDS = 2  # steps at most per Jacobian; with more, fits end in wrong minima
+_STALE_TRIES, _FRESH_TRIES = 3, 8  # dampings tried with an old and with a new Jacobian
+_BLOCK_S = 0.01  # s; residuals are correlated in time over about the length of a bounce
 
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Where a search ended.
+    """A point with its residuals, Jacobian and misfit: the end of a search.
 
     Attributes
     ----------
     point : (n,) array
     residuals, slopes : tuple of array
-        Of each drop: (m,), and (m, columns of the drop), the latter near enough for another step.
+        Per drop: (m,), and the Jacobian (m, columns of the drop), good enough for another step.
     misfit : float
-        Robust sum of squares in units of the noise, with what is known beforehand, so that fits compare.
+        Robust sum of squares in units of the noise plus that of the prior, comparable between fits.
     """
 
     point: Array
@@ -50,17 +50,17 @@ class Fit:
 
     @property
     def count(self) -> int:
-        """How many residuals there are."""
+        """Number of residuals."""
         return sum(len(each) for each in self.residuals)
 
     @property
     def ratio(self) -> float:
-        """What is left, a residual: 1 where that is noise alone."""
+        """Misfit ratio, the misfit per residual: 1 for noise alone."""
         return self.misfit / self.count
 
     @property
     def ratio_of_drops(self) -> Array:
-        """The same of each drop, without what is known beforehand."""
+        """Misfit ratio of each drop, without the prior."""
         return np.array([squares(each) / len(each) for each in self.residuals])
 
 
@@ -72,10 +72,10 @@ def fit(
     enough: float = _ENOUGH,
     slopes: Sequence[Array] | None = None,
 ) -> Fit:
-    """Return the minimum of a problem to a horizon, from a point.
+    """Return the local minimum of a problem to a horizon, starting from a point.
 
-    Each drop's residuals count in units of their own robust spread, set anew at every step: while the fit is far off,
-    a drop that fits worse than the others does not pull them along.
+    Each drop's residuals are scaled by their own robust spread, updated at every step: while the fit is far off, a drop that
+    fits worse than the others does not dominate them.
 
     Parameters
     ----------
@@ -84,11 +84,11 @@ def fit(
     horizon : float
         s after the release.
     linearisations : int
-        How often slopes may be taken; 0 where `slopes` must do.
+        Greatest number of Jacobians computed; 0 to use `slopes` only.
     enough : float
-        Relative gain of a step, below which slopes are taken anew, or the search ends.
+        Relative gain of a step, below which the Jacobian is computed anew, or the search ends.
     slopes : sequence of array, optional
-        Known from near the point.
+        Jacobian of each drop, known from near the point.
 
     Raises
     ------
@@ -108,7 +108,7 @@ def fit(
         if linearisations <= 0 or (stuck and not (problem.to_the_bottom and sides == (1,))):
             return Fit(point, tuple(residuals), tuple(current), misfit_of(problem, residuals, point))
         linearisations -= 1
-        if stuck:  # the one side is known from nearby
+        if stuck:  # the forward differences are known from nearby
             sides = (1, -1)
             other = linearised(problem, point, horizon, (-1,))
             current = [(a + b) / 2 for a, b in zip(current, other.slopes, strict=True)]
@@ -126,14 +126,14 @@ def fit_or_none(problem: Problem, point: Array, horizon: float, linearisations: 
 
 
 def linearised(problem: Problem, point: Array, horizon: float, sides: Sequence[int] = (1,)) -> Fit:
-    """Return a point as it stands, with its slopes to some sides (raises InputError where it cannot be simulated)."""
+    """Return a point with residuals and Jacobian, by differences to some sides (raises InputError if not simulable)."""
     linear = problem.linearised(point, horizon, sides)
     residuals = tuple(r for r, _ in linear)
     return Fit(point, residuals, tuple(j for _, j in linear), misfit_of(problem, residuals, point))
 
 
 def as_it_stands(problem: Problem, point: Array, horizon: float, slopes: Sequence[Array]) -> Fit:
-    """Return a point as it stands, with slopes known from near it (raises InputError where it cannot be simulated)."""
+    """Return a point with residuals, and a Jacobian known from near it (raises InputError if not simulable)."""
     residuals = problem.all_residuals(point, horizon)
     if residuals is None:
         raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
@@ -149,12 +149,12 @@ def _chords(
     enough: float,
     tries: int,
 ) -> tuple[Array, list[Array], list[Array], float]:
-    """Return point, residuals and slopes after some steps with the same slopes, and the relative gain of all."""
+    """Return point, residuals and updated Jacobian after some steps from one Jacobian, and their total relative gain."""
     damping, kept = 1e-3, 1.0
     for _ in range(_CHORDS):
         weights = [huber(r, spread(r)) for r in residuals]
         value = _cost(problem, weights, residuals, point)
-        curvature, slope = _normal(problem, weights, residuals, slopes, point)
+        curvature, slope = _normal_equations(problem, weights, residuals, slopes, point)
         for _ in range(tries):
             trial = _step(point, curvature, slope, damping, problem.low, problem.high)
             reached = problem.all_residuals(trial, horizon)
@@ -164,7 +164,7 @@ def _chords(
             damping *= 6
         if reached is None or not cost < value:
             break
-        slopes = _corrected(problem, slopes, residuals, reached, trial - point)
+        slopes = _broyden_update(problem, slopes, residuals, reached, trial - point)
         point, residuals, kept = trial, reached, kept * cost / value
         damping = max(damping / 5, 1e-7)
         if 1 - cost / value < enough:
@@ -177,10 +177,10 @@ def _cost(problem: Problem, weights: Sequence[Array], residuals: Sequence[Array]
     return data + float(problem.prior @ point**2)
 
 
-def _normal(
+def _normal_equations(
     problem: Problem, weights: Sequence[Array], residuals: Sequence[Array], slopes: Sequence[Array], point: Array
 ) -> tuple[Array, Array]:
-    """Return J^T W J and J^T W r with what is known beforehand."""
+    """Return J^T W J and J^T W r, the prior included."""
     curvature, slope = np.diag(problem.prior), problem.prior * point
     for drop, (r, jacobian) in enumerate(zip(residuals, slopes, strict=True)):
         where = problem.columns(drop)
@@ -190,10 +190,10 @@ def _normal(
     return curvature, slope
 
 
-def _corrected(
+def _broyden_update(
     problem: Problem, slopes: Sequence[Array], before: Sequence[Array], after: Sequence[Array], step: Array
 ) -> list[Array]:
-    """Return slopes that explain the last step, and change as little as that takes (Broyden's good update)."""
+    """Return the Jacobian with the least change that reproduces the last step (Broyden's good update)."""
     out = []
     for drop, (jacobian, r, moved) in enumerate(zip(slopes, before, after, strict=True)):
         along = step[problem.columns(drop)]
@@ -203,7 +203,7 @@ def _corrected(
 
 
 def _step(point: Array, curvature: Array, slope: Array, damping: float, low: Array, high: Array) -> Array:
-    """Return the damped step, coordinates that would leave their bounds put there and the others solved again."""
+    """Return the point after a damped step; coordinates that would leave their bounds are clipped and the rest solved again."""
     free = np.ones(len(point), dtype=bool)
     change = np.zeros(len(point))
     for _ in range(len(point)):
@@ -223,15 +223,15 @@ def _step(point: Array, curvature: Array, slope: Array, damping: float, low: Arr
 
 
 def misfit_of(problem: Problem, residuals: Sequence[Array], point: Array) -> float:
-    """Return the robust misfit of residuals at a point in fixed units, so that points compare."""
+    """Return the robust misfit at a point in units of the noise, comparable between points."""
     return sum(squares(r) for r in residuals) + float(problem.prior @ point**2)
 
 
 def information(problem: Problem, fitted: Fit, weights: Sequence[Array] | None = None) -> Array:
-    """Return the Fisher information (n, n) of a fitted point, with what is known beforehand.
+    """Return the Fisher information (n, n) of a fitted point, the prior included.
 
-    Its inverse is the least covariance that noise leaves to any method (H. Cramer, Mathematical Methods of Statistics, 1946,
-    32.3), the growing error of the model counted as noise; `weights` of the residuals, one if not given.
+    Its inverse is the Cramer-Rao bound on the covariance (H. Cramer, Mathematical Methods of Statistics, 1946, 32.3), with the
+    growing error of the model counted as noise.  `weights` of the residuals are one by default.
     """
     total = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
     for drop, jacobian in enumerate(fitted.slopes):
@@ -242,11 +242,11 @@ def information(problem: Problem, fitted: Fit, weights: Sequence[Array] | None =
 
 
 def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
-    """Return the covariance of a fitted point with what the model does not explain: H^-1 (H + sum g g^T) H^-1.
+    """Return the covariance of a fitted point, robust to correlated residuals: H^-1 (H + sum g g^T) H^-1.
 
-    H is the curvature, whose inverse holds for residuals that are noise alone; g is the slope of each 10 ms of a drop:
-    what is left there follows itself in time and counts as one (P. J. Huber, Proc. 5th Berkeley Symposium 1 (1967) 221;
-    K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13).  A few such stretches know little of many values, so H stays in.
+    H is the curvature, whose inverse is the covariance where residuals are noise alone; g is the gradient of each block of 10 ms
+    of a drop, within which residuals are correlated (sandwich estimator of clusters: P. J. Huber, Proc. 5th Berkeley Symposium 1
+    (1967) 221; K.-Y. Liang, S. L. Zeger, Biometrika 73 (1986) 13).  A few blocks do not span many parameters, so H is added.
     """
     weights = [huber(r, spread(r)) for r in fitted.residuals]
     curvature = information(problem, fitted, weights)
@@ -255,7 +255,7 @@ def covariance_of(problem: Problem, fitted: Fit, horizon: float) -> Array:
         where = problem.columns(drop)
         measured = problem.drops[drop]
         count = window(measured, horizon)[1]
-        block = np.full(len(r), -1)  # pulses and levitated stretch are a block of their own
+        block = np.full(len(r), -1)  # pulses and levitated stretch form one block
         times = np.arange(count) * measured.interval // _BLOCK_S
         seen = on_reading_rows(measured, horizon, times)
         block[: len(seen)] = seen

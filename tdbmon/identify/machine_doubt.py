@@ -1,4 +1,4 @@
-"""What the machine file has wrong, if the drops tell it: before anything else is made of them."""
+"""Check of the machine file against the drops, before anything else is derived from them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.identify.problem import Problem
 
 
 def machine_doubt(problem: Problem) -> Mistaken | None:
-    """Say what the file of a plain machine has wrong: probes exchanged, or an entry; None where the drops tell of nothing."""
+    """Return the error of a plain machine's file (exchanged probes or an entry); None where the drops show none."""
     plain = first_fits(few_drops(problem))
     exchanged = exchanged_cables(problem, plain)
     return Mistaken(exchanged) if exchanged is not None else mistaken_entry(problem, plain)

@@ -1,7 +1,7 @@
-"""The decay time of a calibrated machine by its run-down: some tens of milliseconds of contacts tell little of many seconds.
+"""The decay time of a calibrated machine from its run-down, since some tens of milliseconds of contacts hardly determine it.
 
-A rotor that rests on its touchdown bearings turns their inner rings with it, so that it decays more slowly than alone by
-what they add to its polar inertia.
+A rotor that rests on its touchdown bearings turns their inner rings with it, so it decays more slowly than alone, in
+proportion to the total polar inertia.
 """
 
 from __future__ import annotations
@@ -20,9 +20,10 @@ NAME = "rotor.speed_decay_time"
 
 
 def decay_of_rotor(rundown: RunDown | None, machine: Machine) -> Estimate | None:
-    """Return the decay time of a rotor without rings, s, by a run-down; None where that does not tell it.
+    """Return the decay time of a rotor without rings, s, from a run-down; None where that does not determine it.
 
-    A machine's drag is its decay time and the drag of its rings: the linear term beside a quadratic one is not all of it.
+    A machine's drag consists of its decay time and the drag of its rings, so a linear term fitted beside a quadratic one is not
+    comparable.
     """
     if rundown is None or rundown.law is None or rundown.law.quadratic or rundown.doubt:
         return None
@@ -35,7 +36,7 @@ def decay_of_rotor(rundown: RunDown | None, machine: Machine) -> Estimate | None
 
 
 def with_measured_decay(calibration: Calibration, rundown: RunDown | None) -> tuple[Machine, str]:
-    """Return the calibrated machine with the decay time by the run-down where that is surer than the fit, and a remark."""
+    """Return the calibrated machine with the decay time from the run-down where more certain than the fit's, and a remark."""
     machine, fitted = calibration.calibrated, calibration.values.get(NAME)
     measured = decay_of_rotor(rundown, machine)
     if measured is None or fitted is None or measured.sigma is None or fitted.sigma is None:

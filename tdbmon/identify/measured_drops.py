@@ -1,4 +1,4 @@
-"""Several records as drops of one machine: each counts once, and has a name of its own."""
+"""Several records as drops of one machine: each once, and under a unique name."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _NEAR = 3e-3  # relative: the speeds of two exports of one drop
 
 
 def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[MeasuredDrop, ...]:
-    """Return the drops of records; one whose name comes again (files of different folders) has a number behind it.
+    """Return the drops of records; a repeated name (files of different folders) gets a number appended.
 
     Raises
     ------
     InputError
-        If there is no record, one is given twice, whatever its name or format, or one cannot be used: then it says which of
-        the others can.
+        If there is no record, one is given twice under whatever name or format, or one cannot be used; the message then says
+        what becomes of the others.
     """
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
@@ -39,7 +39,7 @@ def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[Mea
 
 
 def _usable(records: Sequence[xr.Dataset], machine: Machine) -> list[MeasuredDrop]:
-    """Return the drops of records; raise InputError where one cannot be used, with what becomes of the others."""
+    """Return the drops of records; raise InputError where one cannot be used, saying what becomes of the others."""
     drops: list[MeasuredDrop] = []
     refused: list[tuple[str, InputError]] = []
     for record in records:
@@ -68,7 +68,7 @@ def _check_twice(records: Sequence[xr.Dataset]) -> None:
 
 
 def _check_exports(drops: Sequence[MeasuredDrop], records: Sequence[xr.Dataset], machine: Machine) -> None:
-    """Refuse two exports of one measurement, such as a CSV and a TDMS file: their samples tell, no digest does."""
+    """Refuse two exports of one measurement, such as a CSV and a TDMS file: compared by samples, since digests differ."""
     laid: dict[int, xr.Dataset] = {}
     for (i, one), (k, other) in combinations(enumerate(drops), 2):
         if abs(one.speed - other.speed) > _NEAR * max(one.speed, other.speed):

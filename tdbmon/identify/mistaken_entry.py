@@ -1,9 +1,9 @@
 """An entry of the machine file that the drops contradict.
 
-A model that fails may lack something, or be a good model of another machine: a gap given as a diameter, a stiffness off by a
+A model that fails may lack something, or be a good model of another machine: a gap given as a diameter, a stiffness wrong by a
 power of ten.  So each kind of entry in turn, at both ends, is freed of its tolerance.  Where the plain model then follows the
-first contacts, which it did not before, the entry is told with the value that the drops want.  The shaft's angle over the
-rest of the record must not contradict it: up to the first contacts a drag of another law looks like a shorter decay.
+first contacts, which it did not before, the entry is reported with the value that fits the drops.  The shaft's angle over the
+rest of the record must agree: up to the first contacts a drag of another law looks like a shorter decay.
 """
 
 from __future__ import annotations
@@ -28,39 +28,40 @@ from tdbmon.identify.stages import stages_of
 Array = NDArray[np.float64]
 
 _FACTOR = 10.0  # by which an entry may be wrong
-_STARTS = (1.0,), (3.0, 1 / 3)  # times what is stated, where fits begin; the latter where the former find nothing
-_FAILS = 3.0  # times what noise leaves, of a plain model that is worth the search
-_BEHIND = 2.0  # times the least misfit: who leaves more does not go on
-_WORTH = 0.5  # of what the plain model leaves beyond noise at a horizon, that an entry must take away to go on
-_ALONE = 0.05  # of the same, that a gap may leave which stands alone: begun anew it leaves what noise does
-_LITTLE = 0.3  # times noise, which may be left all the same
-# squares a window of the shaft's angle, over the rest of the record, that contradict an entry; right ones leave less than one
+_STARTS = (1.0,), (3.0, 1 / 3)  # times the stated value, where fits begin; the second set where the first finds nothing
+_FAILS = 3.0  # times `FLOOR`: misfit ratio of a plain model, from which on the search is worth it
+_BEHIND = 2.0  # times the least misfit ratio: entries beyond it are dropped
+_WORTH = 0.5  # of the plain model's excess at a horizon, that an entry must remove to be continued
+_ALONE = 0.05  # of the same excess, that a gap may leave: restated and fitted anew it may leave noise alone
+_LITTLE = 0.3  # excess of the misfit ratio that is tolerated in any case
+# sum of squares per window of the shaft's angle, over the rest of the record, that contradicts an entry; right ones leave less
+# than one
 _CONTRADICTED = 25.0
-_LEAST = 0.5  # squares a residual, that noise leaves at least
-# of an entry, which show whether it does anything; a gap may only where the shaft touches
+_LEAST = 0.5  # least sum of squares per residual that noise leaves
+# relative changes of an entry that show whether it affects the fall; a gap affects it only where the shaft touches
 _NUDGES = (0.01, 1 / _FACTOR - 1)
 
 
 @dataclass(frozen=True)
 class Mistaken:
-    """What a machine file has wrong, in words, and the values (SI, by name) that the drops want of its entries."""
+    """The error of a machine file in words, and the values of its entries (SI, by name) that fit the drops."""
 
     why: str
     wanted: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, eq=False)
-class _Try:
-    """Entries of a kind, freed of what the file says of them, and where a fit of theirs stands."""
+class _Trial:
+    """Entries of one kind, freed of their tolerances, and the state of a fit with them."""
 
     entries: tuple[Parameter, ...]
     problem: Problem
     point: Array
-    misfit: float = math.inf  # squares that are left, a residual
+    misfit: float = math.inf  # misfit ratio
 
     @property
     def first(self) -> int:
-        """Where the entries stand among the coordinates of the point."""
+        """Index of the first entry among the coordinates of the point."""
         return len(self.problem.shared) - len(self.entries)
 
     @property
@@ -69,13 +70,13 @@ class _Try:
 
     @property
     def slows_otherwise(self) -> bool:
-        """True where the rotor slows otherwise over the rest of the record."""
+        """True where the rotor slows unlike the simulation over the rest of the record."""
         known = slowings_at(self.problem, self.point, STAGES.bounced)
         return known is not None and slowing_misfit(known) > _CONTRADICTED * sum(len(each.time) for each in known)
 
     @property
     def moves_in_the_fall(self) -> bool:
-        """True where the entries change what the probes see in the fall; those that cannot be simulated otherwise may."""
+        """True where the entries change the residuals of the fall, or where that cannot be simulated."""
         before = self.problem.all_residuals(self.point, STAGES.fall)
         for nudge in _NUDGES:
             moved = self.point.copy()
@@ -85,7 +86,7 @@ class _Try:
                 return True
         return False
 
-    def fitted(self, horizon: float) -> _Try:
+    def fitted(self, horizon: float) -> _Trial:
         found = fit_or_none(self.problem, self.point, horizon, SLOPES)
         if found is None:
             return replace(self, misfit=math.inf)
@@ -93,30 +94,30 @@ class _Try:
 
 
 def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | None:
-    """Say which entry of the machine file, freed of its tolerance, lets the plain model follow the drops; None where none does.
+    """Return the entry of the machine file that, freed of its tolerance, lets the plain model follow the drops, or None.
 
-    Two drops are looked at until one entry stands out.
+    Only the first two drops are used until one entry stands out.
 
     Parameters
     ----------
     problem : Problem
-        Of the machine, with no effect that is sought.
+        Of the machine, without free effects.
     plain : mapping of float to Fit
         Its `first_fits`.
     """
     last = STAGES.first_contacts[-1]
     if last not in plain or plain[last].ratio <= _FAILS * FLOOR:
         return None
-    fallen = _Try((), few_drops(problem), plain[STAGES.fall].point)
+    fallen = _Trial((), few_drops(problem), plain[STAGES.fall].point)
     enough = {h: FLOOR + max(_WORTH * (plain[h].ratio - FLOOR), _LITTLE) for h in STAGES.first_contacts}
     kinds = _kinds(problem)
     later = _LEAST * (plain[last].count - plain[STAGES.fall].count)
     if plain[STAGES.fall].misfit + later > FAILING * FLOOR * plain[last].count:
-        # what the fall leaves is too much by itself, and no entry takes it away that does nothing before a contact
-        kinds = [kind for kind in kinds if _begun(fallen, kind, 1.0).moves_in_the_fall]
+        # the misfit of the fall alone is too large, and entries that act only in contacts cannot remove it
+        kinds = [kind for kind in kinds if _start_trial(fallen, kind, 1.0).moves_in_the_fall]
     for starts in _STARTS:
-        tried = [_begun(fallen, kind, start) for kind in kinds for start in starts]
-        best = min(_followed(tried, enough), key=lambda each: each.misfit, default=None)
+        tried = [_start_trial(fallen, kind, start) for kind in kinds for start in starts]
+        best = min(_surviving(tried, enough), key=lambda each: each.misfit, default=None)
         if best is None:
             continue
         if best.holds:
@@ -127,13 +128,15 @@ def mistaken_entry(problem: Problem, plain: Mapping[float, Fit]) -> Mistaken | N
     return None
 
 
-def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
-    """Say which entry it is, if the model follows all drops with it, and further."""
+def _confirmed(problem: Problem, found: _Trial, before: float) -> Mistaken | None:
+    """Return the mistaken entry if with it the model follows all drops, to a later horizon; else None."""
     values, _ = found.problem.values(found.point, 0)
     wanted = {each.name: values[each.name] for each in found.entries}
-    held = _held(_begun(_fallen(problem), found.entries, wanted[found.entries[0].name] / found.entries[0].nominal))
+    held = _fitted_to_bounce(
+        _start_trial(_fitted_to_fall(problem), found.entries, wanted[found.entries[0].name] / found.entries[0].nominal)
+    )
     if not held.holds and _is_gap(found.entries):
-        held = _held(_fallen(_restated(problem, wanted)))
+        held = _fitted_to_bounce(_fitted_to_fall(_restated(problem, wanted)))
     if not held.holds or held.slows_otherwise:
         return None
     values, _ = held.problem.values(held.point, 0)
@@ -149,22 +152,22 @@ def _confirmed(problem: Problem, found: _Try, before: float) -> Mistaken | None:
     )
 
 
-def _fallen(problem: Problem) -> _Try:
-    return _Try((), problem, problem.start).fitted(STAGES.fall)
+def _fitted_to_fall(problem: Problem) -> _Trial:
+    return _Trial((), problem, problem.start).fitted(STAGES.fall)
 
 
-def _held(begun: _Try) -> _Try:
-    """Return a fit to all drops that goes on to where both ends have bounced."""
+def _fitted_to_bounce(trial: _Trial) -> _Trial:
+    """Return a trial fitted to all drops step by step until both ends have bounced."""
     for horizon in (*STAGES.first_contacts, STAGES.bounced):
-        begun = begun.fitted(horizon)
-    return begun
+        trial = trial.fitted(horizon)
+    return trial
 
 
 def _restated(problem: Problem, gaps: Mapping[str, float]) -> Problem:
-    """Return the problem with other gaps stated, freely known, and paths that part from the contacts on that these have.
+    """Return the problem with other stated gaps of wide tolerance, and the stages and divergence rate that follow from them.
 
-    By a gap that is stated far too wide the drops touch when no path has parted yet, and what a right model leaves is too much;
-    by one far too narrow the fall ends early, and values that made up for that leave the gap short of what it is.
+    With a gap stated far too wide, contacts come before the model's error is assumed to grow, so even a right model fails; with
+    one far too narrow the assumed fall ends early, and values that compensated for it leave the fitted gap too small.
     """
     machine = restated_machine(problem.model.machine, gaps)
     flight = stages_of(machine).flight
@@ -175,7 +178,7 @@ def _restated(problem: Problem, gaps: Mapping[str, float]) -> Problem:
 
 
 def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
-    """Return the entries that say the same of both ends, together; a nought is wrong by no factor."""
+    """Return the entries grouped by kind over both ends; without zero ones, which cannot be wrong by a factor."""
     machine = problem.model.machine
     magnets = {f"magnet {magnet.name}" for magnet in machine.magnetic_bearings}
     kinds: dict[str, tuple[Parameter, ...]] = {}
@@ -186,23 +189,23 @@ def _kinds(problem: Problem) -> list[tuple[Parameter, ...]]:
     return list(kinds.values())
 
 
-def _begun(fallen: _Try, kind: tuple[Parameter, ...], start: float) -> _Try:
-    """Return entries that may be wrong by a factor, begun at some times what is stated; all else as a fit of the fall has it."""
+def _start_trial(fallen: _Trial, kind: tuple[Parameter, ...], start: float) -> _Trial:
+    """Return a trial of entries that starts at a multiple of the stated values; all else as in a fit to the fall."""
     problem = fallen.problem
     wide = [replace(p, low=p.nominal / _FACTOR, high=p.nominal * _FACTOR, sigma=math.inf, span=p.nominal) for p in kind]
     names = {each.name for each in wide}
     stay = [k for k, p in enumerate(problem.shared) if p.name not in names]
     shared = (*(problem.shared[k] for k in stay), *wide)
     point = np.concatenate([fallen.point[stay], np.full(len(wide), start - 1.0), fallen.point[len(problem.shared) :]])
-    return _Try(kind, replace(problem, shared=shared), point)
+    return _Trial(kind, replace(problem, shared=shared), point)
 
 
 def _is_gap(kind: Sequence[Parameter]) -> bool:
     return any(each.name.endswith(".radial_gap") for each in kind)
 
 
-def _followed(tried: Sequence[_Try], enough: Mapping[float, float]) -> list[_Try]:
-    """Return those fitted to the last horizon that leave little enough at each, and are not far behind others."""
+def _surviving(tried: Sequence[_Trial], enough: Mapping[float, float]) -> list[_Trial]:
+    """Return the trials fitted to the last horizon whose misfit ratio is small enough at each, and not far above the least."""
     for horizon, most in enough.items():
         tried = [each.fitted(horizon) for each in tried]
         least = min((each.misfit for each in tried), default=0.0)

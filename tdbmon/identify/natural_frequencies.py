@@ -1,8 +1,8 @@
 """Natural frequencies of the calibrated rotor at rest on its touchdown bearings, against support stiffness and speed.
 
-The critical speed map of the source (N. Neisi, dissertation, LUT University, fig. 4.23) with what a support is here: a mass
-on a spring, under balls and contact.  Both supports are stiffened in the fitted ratio, so that one line through the map
-meets the machine's own frequencies.
+The critical speed map of N. Neisi (dissertation, LUT University, fig. 4.23), with the support modelled as here: a mass on a
+spring, under balls and contact.  Both supports are stiffened by the same factor, so the factor 1 gives the machine's own
+frequencies.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from tdbmon.identify.parameters import calibrated_machine
 Array = NDArray[np.float64]
 
 _MODES = 6
-ORDERS = (1.0, 2.0)  # of rotation, that excite
+ORDERS = (1.0, 2.0)  # of rotation, of the excitation
 _FACTORS = np.geomspace(1e-2, 1e2, 81)  # of the fitted support stiffness
 _SPEEDS = 41
 _MEMBERS = 64  # drawn from the covariance
@@ -43,11 +43,11 @@ class RestingMode:
     frequency : Estimate
         At standstill, Hz.
     sideways : float
-        Share of the horizontal motion.
+        Share of horizontal motion in the mode.
     massless : float or None
-        The same with supports and rings without mass, Hz; None where there is none such.
+        Frequency with massless supports and rings, Hz; None where that mode does not exist.
     critical : tuple of float or None
-        Speed, Hz, at which each of `ORDERS` meets it; None where none up to the speed at the release does.
+        Critical speed of each of `ORDERS`, Hz; None where there is none up to the speed at the release.
     """
 
     frequency: Estimate
@@ -72,9 +72,9 @@ class NaturalFrequencies:
     support : dict
         Fitted support stiffness by the end's name.
     speed : float
-        At the fastest of the releases, Hz.
+        Greatest speed at the release among the drops, Hz.
     factors : (k,) array
-        Times the fitted support stiffness, of the map.
+        Of the map: support stiffness over the fitted one.
     still, turning : RestingModes
         The map at standstill and at `speed`.
     speeds : (s,) array
@@ -121,7 +121,7 @@ def natural_frequencies(calibration: Calibration) -> NaturalFrequencies:
 
 
 def _of_drawn(drawn: Machine, rotor: RotorModel, basis: Modes, fitted: Machine) -> RestingModes:
-    """Return the modes of a drawn machine, of the fitted one's shaft but for its modulus: shapes stay, frequencies follow it."""
+    """Return the modes of a drawn machine from the fitted shaft, whose shapes stay and frequencies scale with sqrt(modulus)."""
     stiffer = math.sqrt(drawn.rotor.elastic_modulus / fitted.rotor.elastic_modulus)
     shaft = replace(basis, frequencies=basis.frequencies * stiffer)
     return resting_modes(shaft, resting_ends(drawn, rotor), n=2 * _MODES)
@@ -180,15 +180,15 @@ def _named(
 
 
 def _of_direction(found: RestingModes, level: bool) -> Array:
-    """Return the frequencies at standstill of the modes that are sideways (`level`), or else up and down, Hz.
+    """Return the frequencies at standstill of the sideways (`level`) or else the up-and-down modes, Hz.
 
-    At standstill nothing couples the two, so that one of the first kind may lie on either side of one of the other.
+    At standstill the two directions are uncoupled, so their frequencies may be in any order.
     """
     return np.asarray(found.frequencies[0][(found.sideways[0] > 0.5) == level])
 
 
 def _crossing(speeds: Array, above: Array, highest: float) -> float | None:
-    """Return the speed at which a difference changes its sign, None where it does not up to the highest speed."""
+    """Return the speed at which a difference falls through zero; None where it does not up to the highest speed."""
     at = np.flatnonzero((above[:-1] > 0) & (above[1:] <= 0))
     if not at.size:
         return None

@@ -1,11 +1,11 @@
-"""What a probe reads while the rotor levitates: its orbit, the hum of the mains, and noise of a certain colour.
+"""A probe's reading of the levitated rotor: orbit, mains hum and coloured noise.
 
-The orbit is a constant and harmonics of the shaft's angle, fitted with the hum by least squares; what is left is noise.
-An autoregressive model of it (order by the Bayesian information criterion) turns it white: errors that follow each other
-in time count once, not many times.
+The orbit is a constant and harmonics of the shaft's angle, fitted together with the hum by least squares; the residual is
+noise.  An autoregressive model (order by the Bayesian information criterion) whitens it, so that correlated errors are not
+counted as independent.
 
-Orders of a shaft that turns by a small part of a turn are one slow bend: any of them, and the mean, could be of any size.  Then
-only the noise is told, and a mean with the orbit for its error.
+Over a small part of a turn the orders look like one slow bend and cannot be separated from each other and the mean.  Then only
+the noise is determined, and the mean with the size of the orbit as its error.
 
 G. E. P. Box, G. M. Jenkins, G. C. Reinsel, Time Series Analysis, ch. 6 and 7.
 """
@@ -25,15 +25,17 @@ Array = NDArray[np.float64]
 
 HARMONICS = 3  # of the shaft's angle
 _HIGHEST_ORDER = 8  # of the autoregressive model
-_ROUNDS = 3  # of fitting orbit and colour in turn
-_LEAST_PART = 0.75  # of a turn or of a period of hum, from which on it is told from the mean
-_LEAST_HUM = 1.5  # periods, from which on hum is told from the bend of an orbit that is not told itself
-_UNTOLD = 3e-6  # m, of an orbit that is not told: a good probe track runs out 6 um pk-pk (API 670, 5th ed., 6.1.2)
+_ROUNDS = 3  # of fitting orbit and colour alternately
+_LEAST_PART = 0.75  # of a turn or of a period of hum, needed to separate it from the mean
+_LEAST_HUM = 1.5  # periods, needed to separate hum from the bend of an orbit that is not determined itself
+_UNDETERMINED = (
+    3e-6  # m, size of an undetermined orbit: the runout of a good probe track is 6 um pk-pk (API 670, 5th ed., 6.1.2)
+)
 
 
 @dataclass(frozen=True, eq=False)
 class Noise:
-    """The levitated stretch of one probe.
+    """Noise, orbit and hum of one probe in the levitated stretch.
 
     Attributes
     ----------
@@ -46,11 +48,11 @@ class Noise:
     mean, mean_sigma : float
         Levitated position along the probe's axis and its standard deviation, m.
     orders : (3,) complex array
-        c of Re(c exp(i k angle)) for k = 1, 2, 3, m; nought where the stretch does not tell them.
+        c of Re(c exp(i k angle)) for k = 1, 2, 3, m; zero where the stretch does not determine them.
     order_sigma : float
-        Standard deviation of each part of the first of them, m; an infinite one where they are not told.
+        Standard deviation of the real and imaginary part of the first, m; infinite where they are not determined.
     hum : complex
-        c of Re(c exp(i 2 pi mains t)), m; nought where the stretch does not tell it.
+        c of Re(c exp(i 2 pi mains t)), m; zero where the stretch does not determine it.
     """
 
     sigma: float
@@ -63,28 +65,28 @@ class Noise:
     hum: complex
 
     def whiten(self, residual: Array) -> Array:
-        """Return residuals along the last axis as multiples of the white noise; the ones before the first count as 0."""
+        """Return residuals whitened along the last axis, in units of the innovation; earlier ones are taken as 0."""
         return whitened(residual, self.colour) / self.innovation
 
 
 def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, place: str = "probe") -> Noise:
     """Fit orbit, hum and noise of one probe.
 
-    Where an order of the shaft lies so near to mains frequency that the stretch cannot tell them apart, hum counts as part
-    of the order.  Of less than three quarters of a turn no order is told.
+    Where an order of the shaft is too near the mains frequency to be separated over the stretch, hum counts as part of the
+    order.  Less than three quarters of a turn determines no order.
 
     Parameters
     ----------
     time : (n,) array
-        s, of the levitated stretch, evenly sampled.
+        s, evenly sampled, of the levitated stretch.
     reading : (n,) array
         m.
     angle : (n,) array
-        Of the shaft against any mark, rad.
+        Of the shaft from an arbitrary mark, rad.
     mains : float
         Hz.
     place : str
-        What an error calls the probe.
+        Name of the probe in error messages.
 
     Raises
     ------
@@ -129,7 +131,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     )
     if not told:
         seen = design[:, :slow] @ solution[:slow]
-        return replace(noise, mean=float(np.mean(seen)), mean_sigma=float(np.hypot(_UNTOLD, np.std(seen))))
+        return replace(noise, mean=float(np.mean(seen)), mean_sigma=float(np.hypot(_UNDETERMINED, np.std(seen))))
     white_design = whitened(design.T, colour).T[len(colour) :]
     covariance = innovation**2 * np.linalg.pinv(white_design.T @ white_design)
     spread = np.sqrt(np.diag(covariance))
@@ -144,7 +146,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
 def _colour(left: Array) -> Array:
     """Return the autoregressive coefficients of the order with the least information criterion, by least squares.
 
-    Of so many samples they are safe, and keep sharp peaks, which Yule-Walker's equations flatten (see
+    With this many samples least squares is stable, and it preserves sharp peaks, which the Yule-Walker equations flatten (see
     `tdbmon.analysis.autoregression.noise_of`).
     """
     least, best = np.inf, np.empty(0)

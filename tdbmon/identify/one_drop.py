@@ -1,4 +1,4 @@
-"""Some drops of a problem by themselves, with values that all share held where the others have them."""
+"""Subsets of a problem's drops, with the shared values held at those of the whole problem."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 
 def only(problem: Problem, drops: Sequence[int]) -> Problem:
-    """Return the problem of some of its drops."""
+    """Return the problem restricted to some of its drops."""
     free = tuple(
         replace(
             each,
@@ -30,13 +30,13 @@ def only(problem: Problem, drops: Sequence[int]) -> Problem:
 
 
 def coordinates(problem: Problem, drops: Sequence[int]) -> NDArray[np.intp]:
-    """Return which coordinates of the whole problem those of some drops are, the shared ones first."""
+    """Return the indices of some drops' coordinates in the vector of the whole problem, the shared ones first."""
     count = len(problem.shared)
     return np.concatenate([np.arange(count), *(problem.columns(drop)[count:] for drop in drops)])
 
 
 def frozen(problem: Problem, shared: Array) -> Problem:
-    """Return a problem whose shared values stay at given coordinates, from where they count now."""
+    """Return a problem with the shared values fixed at given coordinates, which become its nominal ones."""
 
     def stay(p: Parameter, z: float) -> Parameter:
         value = p.nominal + p.scale * z

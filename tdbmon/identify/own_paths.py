@@ -1,8 +1,8 @@
-"""Each drop's path sought anew while the values that all drops share stay.
+"""New search for each drop's path, that is its own values, with the shared values fixed.
 
-Then the drops know nothing of each other, and each can be searched by itself at small cost.  What hides its path are the
-angles of both cages: which ball lies where the shaft falls.  All pairs of them are tried, the drop's other values
-adapting linearly; fits begin at the most promising, since after a contact little is linear.
+With these fixed the drops are independent, and each can be searched alone at small cost.  Hardest to find are the angles of both
+cages: which ball lies where the shaft falls.  All pairs of angles are tried with the drop's other values solved for linearly;
+full fits begin at the most promising, since little is linear after a contact.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from tdbmon.identify.robust import squares
 
 Array = NDArray[np.float64]
 
-BEYOND = 2.0  # standard deviations of what noise leaves
-_PROMISING = 3  # hollows of the grid of angles from which fits begin
-_SLOPES = 2  # times that each takes slopes
-_AGAIN, _GAIN = 3, 0.003  # times at most, and relative gain of the misfit that asks for more
+BEYOND = 2.0  # standard deviations of the misfit of noise alone
+_PROMISING = 3  # local minima on the grid of angles, from which fits begin
+_SLOPES = 2  # Jacobians per fit
+_AGAIN, _GAIN = 3, 0.003  # rounds at most, and relative gain of the misfit that makes another worth it
 
 
 def lost_drops(problem: Problem, found: Fit, horizon: float) -> list[int]:
-    """Return the drops that leave more than noise, by the mean and variance of a chi-squared distribution."""
+    """Return the drops whose misfit exceeds noise, by the mean and variance of a chi-squared distribution."""
     lost = []
     for drop, (measured, r) in enumerate(zip(problem.drops, found.residuals, strict=True)):
         noise = noise_alone(measured, horizon)
@@ -40,7 +40,7 @@ def lost_drops(problem: Problem, found: Fit, horizon: float) -> list[int]:
 
 
 def _with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Sequence[int]) -> Array:
-    """Return a point with the own values of some drops as they suit its shared values best.
+    """Return a point with the own values of some drops fitted to its shared values.
 
     Parameters
     ----------
@@ -56,14 +56,14 @@ def _with_paths_sought(problem: Problem, point: Array, horizon: float, drops: Se
         If a drop cannot be simulated at the point.
     """
     moved = point.copy()
-    own = problem.crew.apart(_path, [(problem, point, drop, horizon) for drop in drops])
+    own = problem.crew.apart(_best_own_values, [(problem, point, drop, horizon) for drop in drops])
     for drop, values in zip(drops, own, strict=True):
         moved[problem.columns(drop)[len(problem.shared) :]] = values
     return moved
 
 
 def begun_at(problem: Problem, point: Array, horizon: float) -> Fit | None:
-    """Return a fit begun at a point, the drops' paths sought there first; None where it cannot be simulated."""
+    """Return a fit begun at a point after a search of the drops' paths; None where it cannot be simulated."""
     try:
         return fit(problem, _with_paths_sought(problem, point, horizon, range(len(problem.drops))), horizon)
     except InputError:
@@ -71,7 +71,7 @@ def begun_at(problem: Problem, point: Array, horizon: float) -> Fit | None:
 
 
 def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[int]) -> Fit:
-    """Return a fit begun with the paths of some drops sought anew, or the one that is there where that is no better."""
+    """Return a fit begun with the paths of some drops searched anew, or the given fit where that is no better."""
     try:
         sought = fit(problem, _with_paths_sought(problem, found.point, horizon, drops), horizon)
     except InputError:
@@ -80,9 +80,9 @@ def better_paths(problem: Problem, found: Fit, horizon: float, drops: Sequence[i
 
 
 def best_paths(problem: Problem, found: Fit, horizon: float) -> Fit:
-    """Return a fit with the paths of the drops that leave more than noise sought again and again, as long as that gains.
+    """Return a fit with the paths of lost drops (`lost_drops`) searched repeatedly, as long as that gains.
 
-    One that is found moves the values that all share, and with them a path that was lost may be found.
+    A path that is found changes the shared values, and with these another lost path may be found.
     """
     for _ in range(_AGAIN):
         lost = lost_drops(problem, found, horizon)
@@ -93,19 +93,19 @@ def best_paths(problem: Problem, found: Fit, horizon: float) -> Fit:
     return found
 
 
-def _path(problem: Problem, point: Array, drop: int, horizon: float) -> Array:
-    """Return a drop's own values at the least misfit that was found."""
+def _best_own_values(problem: Problem, point: Array, drop: int, horizon: float) -> Array:
+    """Return a drop's own values at the least misfit found."""
     count = len(problem.shared)
     alone = frozen(only(problem, [drop]), point[:count])
     start = np.concatenate([np.zeros(count), point[problem.columns(drop)[count:]]])
     stays = fit(alone, start, horizon, _SLOPES)
-    tried = [fit_or_none(alone, each, horizon, _SLOPES) for each in _turned(alone, stays, horizon)]
+    tried = [fit_or_none(alone, each, horizon, _SLOPES) for each in _promising_points(alone, stays, horizon)]
     best = min([stays, *(each for each in tried if each is not None)], key=lambda each: each.misfit)
     return best.point[count:]
 
 
-def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
-    """Return the points of a drop with its angles turned that promise most, all else adapting linearly."""
+def _promising_points(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
+    """Return the most promising points of a drop over its angles, with all else solved for linearly."""
     count = len(alone.shared)
     angles = [count + k for k in turning(alone)]
     others = np.arange(len(stays.point)) >= count
@@ -123,6 +123,6 @@ def _turned(alone: Problem, stays: Fit, horizon: float) -> list[Array]:
     hollow = np.isfinite(misfit)
     for axis, step in product(range(misfit.ndim), (-1, 1)):
         hollow &= misfit <= np.roll(misfit, step, axis)
-    hollow[(0,) * misfit.ndim] = False  # where it stays
+    hollow[(0,) * misfit.ndim] = False  # the present angles
     places = sorted(zip(*np.nonzero(hollow), strict=True), key=lambda at: misfit[at])
     return [points[at] for at in places[:_PROMISING]]

@@ -1,12 +1,11 @@
-"""Which values of a machine calibration may move, how far, and how a model gets them.
+"""Parameters of the calibration, their bounds and priors, and models at their values.
 
-A value may move where its owner gave it a tolerance, and no further.  The tolerance is read as two standard deviations
-of what is known beforehand.  The unbalance of a plane moves as a vector: along the nominal phase, and across it.
+A value of the machine file is fitted where it has a tolerance, and within it.  The tolerance is taken as two prior standard
+deviations either way.  The unbalance of a plane is fitted as a vector, along and across its nominal phase.
 
-Beside the machine's own values there are those that no machine file holds: where the probes see the bearings' centres,
-and what differs from drop to drop (`drop_parameters`), the state at the release before all.  And there are those that it
-states without tolerance though nobody knows them exactly: stiffnesses and masses from catalogues, the law of the contact
-(`stated_parameters`).
+Other parameters are in no machine file: the bearings' centres as seen by the probes, and the per-drop parameters
+(`drop_parameters`), above all the state at the release.  Still others are stated without tolerance although they are not known
+exactly: stiffnesses and masses from catalogues, the law of the contact (`stated_parameters`).
 """
 
 from __future__ import annotations
@@ -48,16 +47,16 @@ from tdbmon.estimate import OUTSIDE
 
 Array = NDArray[np.float64]
 
-_CENTRE_SIGMA = 10e-6  # m; how well the zero of the probes is known to be the bearing's centre
-ZERO_SIGMA = 1e-6  # m; how far a probe's zero drifts from drop to drop
-# m, each part of what a good surface at an end runs out once and twice a revolution; API 670 (5th ed., 6.1.2) allows a
-# probe track 6 um pk-pk, and what goes beyond is no longer a value to calibrate but an effect
+_CENTRE_SIGMA = 10e-6  # m; distance of the bearing's centre from the probes' zero
+ZERO_SIGMA = 1e-6  # m; drift of a probe's zero from drop to drop
+# m, each component of the 1X and 2X runout of a good surface; API 670 (5th ed., 6.1.2) allows a probe track 6 um pk-pk, and
+# more is not calibrated but an effect of its own
 _RUNOUT_SIGMA = (1.5e-6, 0.75e-6)
 _RUNOUT_LIMIT = 3e-6
-_VELOCITY_SIGMA = 0.5e-3  # m/s, of the release velocity beside the levitated whirl
+_VELOCITY_SIGMA = 0.5e-3  # m/s, of the release velocity in excess of the levitated whirl
 _RELEASE_SIGMA = 2e-3  # s, of the first guess of the instant
 
-# field of a touchdown bearing: columns of the model that hold it, factor to them, unit outside
+# field of a touchdown bearing: its columns in the model, factor to these, unit of output
 _END = {
     "radial_gap": ((GAP,), 1.0, "um"),
     "support_stiffness": ((SUPPORT_XX, SUPPORT_YY), 1.0, "N/m"),
@@ -68,7 +67,7 @@ _END = {
     "friction": ((FRICTION,), 1.0, "1"),
     "contact_damping": ((CONTACT_DAMPING,), 1.0, "s/m"),
 }
-# the same for those stated without tolerance, with the share of them by which they are known (standard deviation)
+# fields stated without tolerance: column, unit of output, relative standard deviation
 _STATED = {
     "contact_stiffness": (CONTACT_STIFFNESS, "N/m^(10/9)", 0.08),
     "ball_stiffness": (BALL_STIFFNESS, "N/m^1.5", 0.03),
@@ -76,39 +75,39 @@ _STATED = {
     "support_mass": (SUPPORT_MASS, "kg", 0.02),
 }
 _AS_STATED = (*_STATED, "contact_exponent", "friction_load_exponent")
-_EXPONENT_SIGMA = 0.04  # line contact has 10/9, ends and misalignment raise it
-_LOAD_SIGMA = 0.04  # of the exponent with which friction falls with the load: 0 to 0.1 between most metals
+_EXPONENT_SIGMA = 0.04  # line contact has 10/9; edges and misalignment raise it
+_LOAD_SIGMA = 0.04  # of the exponent by which friction falls with load: 0 to 0.1 for most metal pairs
 _MODULUS_SHARE = 0.004
-_WIDTH = 3.0  # standard deviations that stated values may go
-_RESTATED = 0.5  # share by which a value may go that drops beyond its tolerance told roughly: so wide hardly counts
-EDGE = 1e-6  # of a value's scale: so near, it is at its bound
+_WIDTH = 3.0  # bounds of stated values, in standard deviations
+_RESTATED = 0.5  # relative tolerance of a restated value: wide enough that the prior hardly matters
+EDGE = 1e-6  # of a parameter's scale: a value this near a bound is at it
 _MAGNET = {"stiffness": (MAGNET_STIFFNESS, "N/m"), "damping": (MAGNET_DAMPING, "N s/m")}
 
 
 @dataclass(frozen=True)
 class Parameter:
-    """A value that calibration may move (SI).
+    """A free parameter of the calibration (SI).
 
     Attributes
     ----------
     name : str
         ``"NDE.friction"``, ``"impeller.along"``, ``"NDE.centre_x"``, ``"set_point_x_0"`` ...
     unit : str
-        Outside, as `tdbmon.estimate.OUTSIDE` has it.
+        Of output, a key of `tdbmon.estimate.OUTSIDE`.
     nominal : float
-        Where it starts.
+        Starting value.
     low, high : float
-        How far it may go.
+        Bounds.
     sigma : float
-        Standard deviation of what is known beforehand; infinite where nothing is.
+        Prior standard deviation; infinite without a prior.
     moves : bool
-        Whether it changes the motion; a sensor's value only changes how that is seen.
+        Whether it affects the motion; sensor parameters affect the readings only.
     nudge : float
-        Step for slopes by differences, in units of `scale`: it should move the shaft by some hundredths of a micrometre.
-        Contacts bend what follows, so larger steps give slopes that lead into wrong minima; fixed steps of integration
-        make a trajectory rough by some nanometres, which much smaller ones would take for a slope.
+        Step of the difference quotients, in units of `scale`: it should move the shaft by some hundredths of a micrometre.
+        Paths are nonlinear after contacts, so larger steps give derivatives that lead into wrong minima; the fixed time step
+        makes a trajectory rough by some nanometres, which would dominate the differences of much smaller ones.
     span : float
-        Size by which it is counted where sigma is infinite; 0 for a quarter of the range.
+        Scale where sigma is infinite; 0 for a quarter of the range.
     """
 
     name: str
@@ -124,27 +123,27 @@ class Parameter:
 
     @property
     def scale(self) -> float:
-        """Size by which it is counted."""
+        """Unit of its coordinate: sigma, or else span."""
         return self.sigma if math.isfinite(self.sigma) else self.span or (self.high - self.low) / 4
 
     @property
     def least(self) -> float:
-        """Where its interval ends: nought for what is never negative, as its limits tell."""
+        """Lower end of its interval: zero for a value whose bounds exclude negative ones."""
         return 0.0 if self.low >= 0 else -math.inf
 
     def at_bound(self, value: float) -> bool:
-        """Return whether a value (SI) has gone as far as it may."""
+        """Return whether a value (SI) is at a bound."""
         return min(value - self.low, self.high - value) < EDGE * self.scale
 
     def instead(self, value: float, *stated: float) -> str:
-        """Return a value in words, with what the machine file states in its place: a number, or from which to which."""
+        """Return a value in words, with what the machine file states instead: a number or a range."""
         told, *allowed = (f"{OUTSIDE[self.unit] * each:.4g}" for each in (value, *stated))
         unit = "" if self.unit == "1" else f" {self.unit}"
         return f"{self.name} {told} instead of {' to '.join(allowed)}{unit}"
 
 
 def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
-    """Return the values of a machine that have a tolerance."""
+    """Return the parameters of a machine that have a tolerance."""
     found = []
     for bearing in machine.touchdown_bearings:
         for field, (_, _, unit) in _END.items():
@@ -160,7 +159,7 @@ def machine_parameters(machine: Machine) -> tuple[Parameter, ...]:
 
 
 def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
-    """Return what the file of a machine states without tolerance though it is not known exactly."""
+    """Return the parameters that a machine file states without tolerance although they are not known exactly."""
     found = []
     for bearing in machine.touchdown_bearings:
         for field, (_, unit, share) in _STATED.items():
@@ -177,7 +176,7 @@ def stated_parameters(machine: Machine) -> tuple[Parameter, ...]:
 
 
 def file_values(machine: Machine) -> dict[str, Tolerant]:
-    """Return what a machine file states (SI), by the names of a calibration's values; what is the sensors' is in no file."""
+    """Return the values in a machine file (SI) by their names in a calibration; without sensor parameters, which no file has."""
     found = {p.name: Tolerant(nominal=p.nominal, low=p.low, high=p.high) for p in machine_parameters(machine)}
     found |= {p.name: Tolerant(nominal=p.nominal, low=p.nominal, high=p.nominal) for p in stated_parameters(machine)}
     for plane in machine.rotor.unbalance:
@@ -186,10 +185,10 @@ def file_values(machine: Machine) -> dict[str, Tolerant]:
 
 
 def entries(machine: Machine) -> tuple[Parameter, ...]:
-    """Return what a machine file states of bearings, magnets and rotor, with a tolerance or without.
+    """Return a machine file's entries for bearings, magnets and rotor, with a tolerance or without.
 
-    Not what the catalogue of effects holds (a ring's drag, unbalance), nor what nobody knows well (damping of the balls), nor
-    exponents, which are not off by a factor.
+    Without those that the catalogue of effects covers (a ring's drag, unbalance), that are poorly known anyway (ball damping),
+    or that are not wrong by a factor (exponents).
     """
     found = []
     for bearing in machine.touchdown_bearings:
@@ -208,22 +207,22 @@ def entries(machine: Machine) -> tuple[Parameter, ...]:
 
 
 def sensor_parameters(machine: Machine) -> tuple[Parameter, ...]:
-    """Return the unknowns of the sensors that all drops share: where the probes see the bearings' centres."""
+    """Return the shared sensor parameters: the bearings' centres as seen by the probes."""
     return tuple(
-        _either_way(f"{end}.centre_{axis}", "um", 5 * _CENTRE_SIGMA, _CENTRE_SIGMA, moves=False)
+        _about_zero(f"{end}.centre_{axis}", "um", 5 * _CENTRE_SIGMA, _CENTRE_SIGMA, moves=False)
         for end in machine.ends
         for axis in "xy"
     )
 
 
 def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigma: float) -> tuple[Parameter, ...]:
-    """Return what differs from drop to drop.
+    """Return the per-drop parameters.
 
     Parameters
     ----------
     machine : Machine
     set_point : (2, 2) array
-        First guess of the levitated mean position (x, y), m, an end.
+        First guess of each end's levitated mean position (x, y), m.
     angle, angle_sigma : float
         First guess of the shaft's angle at the release and its standard deviation, rad; infinite where unknown.
     """
@@ -234,35 +233,35 @@ def drop_parameters(machine: Machine, set_point: Array, angle: float, angle_sigm
             name, first = f"set_point_{axis}_{end}", float(start)
             found.append(Parameter(name, "um", nominal=first, low=-reach, high=reach, sigma=math.inf, nudge=0.00025))
     found += [
-        _either_way(f"velocity_{axis}_{end}", "mm/s", 10 * _VELOCITY_SIGMA, _VELOCITY_SIGMA, nudge=0.008)
+        _about_zero(f"velocity_{axis}_{end}", "mm/s", 10 * _VELOCITY_SIGMA, _VELOCITY_SIGMA, nudge=0.008)
         for end in range(2)
         for axis in "xy"
     ]
-    found.append(_either_way("release", "s", 3 * _RELEASE_SIGMA, _RELEASE_SIGMA, nudge=0.0002))
+    found.append(_about_zero("release", "s", 3 * _RELEASE_SIGMA, _RELEASE_SIGMA, nudge=0.0002))
     width = min(5 * angle_sigma, math.pi)
     found.append(
         Parameter("shaft_angle", "deg", nominal=angle, low=angle - width, high=angle + width, sigma=angle_sigma)
     )
     for end, bearing in enumerate(machine.touchdown_bearings):
-        # turned by one ball, which is two of its spans, the bearing is the same again
-        found.append(_either_way(f"cage_{end}", "deg", math.inf, math.inf, span=math.pi / bearing.balls.count))
-    # from drop to drop the rotor may stand elsewhere along its axis, where its probes see another track
+        # periodic in the ball spacing, which is two scales
+        found.append(_about_zero(f"cage_{end}", "deg", math.inf, math.inf, span=math.pi / bearing.balls.count))
+    # the rotor's axial position may differ from drop to drop, and with it the track under the probes
     found += [
-        _either_way(f"{end}.runout_{part}_{k}", "um", _RUNOUT_LIMIT, sigma, moves=False)
+        _about_zero(f"{end}.runout_{part}_{k}", "um", _RUNOUT_LIMIT, sigma, moves=False)
         for end in machine.ends
         for k, sigma in enumerate(_RUNOUT_SIGMA, start=1)
         for part in ("cosine", "sine")
     ]
     zeros = (
-        _either_way(f"zero_{each.name}", "um", 10 * ZERO_SIGMA, ZERO_SIGMA, moves=False) for each in machine.probes
+        _about_zero(f"zero_{each.name}", "um", 10 * ZERO_SIGMA, ZERO_SIGMA, moves=False) for each in machine.probes
     )
     return (*found, *zeros)
 
 
 def restated_machine(machine: Machine, values: Mapping[str, float]) -> Machine:
-    """Return the machine with values (SI) of `entries` in the place of what its file states, and wide tolerances about them.
+    """Return the machine with values (SI) of `entries` instead of those in its file, with wide tolerances.
 
-    What a file can state without tolerance only, such as the stiffness of a contact, has none then either.
+    Entries that a file states without tolerance, such as the stiffness of a contact, get none.
     """
     return calibrated_machine(machine, values, _restated)
 
@@ -272,10 +271,10 @@ def calibrated_machine(
 ) -> Machine:
     """Return the machine with values (SI) of `machine_parameters` as its nominal ones; the tolerances stay.
 
-    Values that are not the machine's (sensors, drops) are passed over.  Where tolerances shall not stay, `moved` makes a value
-    of the old one and its new nominal.
+    Values of sensors and drops are ignored.  To change tolerances too, `moved` returns the new from the old toleranced value and
+    the new nominal.
     """
-    moved = moved or _moved
+    moved = moved or _with_nominal
     bearings = []
     for bearing in machine.touchdown_bearings:
         new = {f: values[f"{bearing.name}.{f}"] for f in _END if f"{bearing.name}.{f}" in values}
@@ -308,9 +307,9 @@ def calibrated_machine(
 
 
 def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
-    """Return a model without effects with values of `machine_parameters`, on arrays of its own; the rotor's modes stay.
+    """Return a copy of a model without effects at values of `machine_parameters`; the rotor's modes stay.
 
-    It is the same as `build_model` of `calibrated_machine`, without reading the machine again.
+    Equal to `build_model` of `calibrated_machine`, but without rebuilding the rotor.
     """
     machine = model.machine
     changed = model.copy()
@@ -330,7 +329,7 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
     for row, held in zip(arrays.magnet, machine.magnetic_bearings, strict=True):
         for field, (column, _) in _MAGNET.items():
             row[column] = values.get(f"magnet {held.name}.{field}", row[column])
-    if "rotor.elastic_modulus" in values:  # the shear modulus goes with it, so all of the shaft's stiffness does
+    if "rotor.elastic_modulus" in values:  # the shear modulus scales with it, hence the whole stiffness of the shaft
         stiffer = values["rotor.elastic_modulus"] / machine.rotor.elastic_modulus
         arrays.square[:] *= stiffer
         arrays.damping[:] *= math.sqrt(stiffer)
@@ -346,12 +345,12 @@ def with_values(model: DropModel, values: Mapping[str, float]) -> DropModel:
 
 
 def polar(plane: Unbalance, along: float, across: float) -> tuple[float, float]:
-    """Return amount, kg m, and phase, rad, of an unbalance given along and across its nominal phase."""
+    """Return amount, kg m, and phase, rad, of an unbalance from its components along and across the nominal phase."""
     return math.hypot(along, across), plane.phase.nominal + math.atan2(across, along)
 
 
-def _moved(value: Tolerant, nominal: float) -> Tolerant:
-    """Return a value with its tolerance at another nominal, which may lie at their edge."""
+def _with_nominal(value: Tolerant, nominal: float) -> Tolerant:
+    """Return a toleranced value with another nominal, the tolerance extended to include it."""
     return Tolerant(nominal=nominal, low=min(value.low, nominal), high=max(value.high, nominal))
 
 
@@ -368,8 +367,8 @@ def _stated_value(bearing: TouchdownBearing, field: str) -> float:
     return float(getattr(bearing, field))
 
 
-def _either_way(name: str, unit: str, reach: float, sigma: float, **further: Any) -> Parameter:
-    """Return a value that starts at nought."""
+def _about_zero(name: str, unit: str, reach: float, sigma: float, **further: Any) -> Parameter:
+    """Return a parameter that starts at zero, with symmetric bounds."""
     return Parameter(name, unit, nominal=0.0, low=-reach, high=reach, sigma=sigma, **further)
 
 
@@ -394,7 +393,7 @@ def _unbalance(plane: Unbalance) -> list[Parameter]:
     if amount.high == 0 or (amount.is_exact and turn == 0):
         return []
     if turn > math.pi / 2:
-        return _any_way(plane, min(turn, math.pi))
+        return _unbalance_of_wide_phase(plane, min(turn, math.pi))
     width = turn
     lowest = min(amount.low * math.cos(width), amount.low)
     across = max(amount.high * math.sin(width), 1e-3 * amount.high)
@@ -405,10 +404,10 @@ def _unbalance(plane: Unbalance) -> list[Parameter]:
     ]
 
 
-def _any_way(plane: Unbalance, turn: float) -> list[Parameter]:
-    """Return the parts of an unbalance whose phase is known to more than a right angle only, or not at all.
+def _unbalance_of_wide_phase(plane: Unbalance, turn: float) -> list[Parameter]:
+    """Return the components of an unbalance whose phase is unknown or has a tolerance of more than a right angle either way.
 
-    Mean and scatter of both parts are those of a phase that is as likely anywhere in the tolerance.
+    Their prior means and standard deviations are those of a phase uniformly distributed over the tolerance.
     """
     amount = plane.amount
     along, double = math.sin(turn) / turn, math.sin(2 * turn) / (4 * turn)
@@ -436,4 +435,6 @@ def _with_vector(plane: Unbalance, values: Mapping[str, float]) -> Unbalance:
         return plane
     along = values.get(f"{plane.name}.along", plane.amount.nominal)
     amount, phase = polar(plane, along, values.get(f"{plane.name}.across", 0.0))
-    return plane.model_copy(update={"amount": _moved(plane.amount, amount), "phase": _moved(plane.phase, phase)})
+    return plane.model_copy(
+        update={"amount": _with_nominal(plane.amount, amount), "phase": _with_nominal(plane.phase, phase)}
+    )

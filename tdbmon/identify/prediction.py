@@ -1,4 +1,4 @@
-"""What the probes would read of a drop at given values, and how far that is from what they read."""
+"""Probe readings predicted by a simulation of a drop at given values, and their residuals."""
 
 from __future__ import annotations
 
@@ -26,35 +26,35 @@ from tdbmon.identify.runout import ORDERS, runout_at, runout_phasors
 Array = NDArray[np.float64]
 Values = Mapping[str, float]
 
-DECELERATION = -1  # of a drop's `residuals`: the one that the deceleration before the release leaves
-_MODEL_ERROR = 1e-7  # m, of the model at the first contact; it grows with the divergence
-_DRIVEN = 0.5  # of the predicted deceleration: who slows down less before the release is driven
-_COASTING_FLOOR = 3e-3  # of the deceleration; no record of a tenth of a second tells it better
-_LEVITATED_ROWS = 5  # residuals a probe: mean, and both parts of 1X and 2X
+DECELERATION = -1  # index in a drop's `residuals`: deceleration before the release
+_MODEL_ERROR = 1e-7  # m, error of the model at the first contact; it grows with the divergence
+_DRIVEN = 0.5  # of the predicted deceleration: a rotor that slows down less before the release is driven
+_COASTING_FLOOR = 3e-3  # relative, least standard deviation of the deceleration from a record of a tenth of a second
+_LEVITATED_ROWS = 5  # residuals per probe: mean, real and imaginary part of 1X and 2X
 _COASTING_ROWS = 1  # the deceleration
-_LEVITATED_FLOOR = 5e-8  # m; no levitated mean or phasor is trusted beyond this
+_LEVITATED_FLOOR = 5e-8  # m; least standard deviation of a levitated mean or phasor
 
 
 @dataclass(frozen=True, eq=False)
 class Path:
-    """Where a simulated drop leads the shaft, at the record's samples (SI); or several at other values, along a first axis.
+    """Motion of the shaft in a simulated drop, at the record's samples (SI); or in several, along a first axis.
 
     Attributes
     ----------
     first : int
         Sample of the record at which it begins.
     x, y : (..., probes, k) arrays
-        Shaft centre in the probes' planes as the bearings' centres have it, m.
+        Shaft centre in the probes' planes, relative to the line of bearing centres, m.
     angle : (..., k) array
         Shaft angle, rad.
     omega : float
         Speed at the middle of the levitated stretch, rad/s.
     coasting : (...) array
-        Angular acceleration there if nothing drives, rad/s^2.
+        Angular acceleration at that speed without a drive, rad/s^2.
     mean : (..., probes) complex array
-        x + i y of the levitated mean, m.
+        Levitated mean x + i y, m.
     whirl : (..., probes) complex array
-        Of the levitated whirl: x + i y = whirl exp(i angle), m.
+        Amplitude of the levitated whirl: x + i y = whirl exp(i angle), m.
     """
 
     first: int
@@ -83,15 +83,14 @@ class Prediction:
 
 @dataclass(frozen=True, eq=False)
 class Sensors:
-    """How the probes of a drop see it.
+    """The sensors of a drop.
 
     Attributes
     ----------
     chain : SensorChain
-        What effects do to the channels.
+        The channels with the sensor effects.
     shared, own : mapping
-        Values (SI) by name, of all drops and of this one, what a usual surface runs out among these; with several paths,
-        (paths,) arrays of them.
+        Shared values and those of this drop (SI) by name, the usual runout among the latter; for several paths, (paths,) arrays.
     """
 
     chain: SensorChain
@@ -108,14 +107,14 @@ class Levitated:
 
 
 def window(drop: MeasuredDrop, horizon: float) -> tuple[int, int]:
-    """Return the first sample of the record that is simulated to a horizon, and how many there are."""
+    """Return the first sample of the record that is simulated for a horizon, and the number of samples."""
     lead = min(LEAD_S, drop.release - float(drop.time[0]))
     first = int(np.searchsorted(drop.time, drop.release - lead))
     return first, min(round((lead + horizon) / drop.interval), drop.unbroken - first)
 
 
 def drop_plan(drop: MeasuredDrop, own: Values, first: int, count: int) -> DropPlan:
-    """Return the plan of a drop that begins at a sample of the record and has `count` of them."""
+    """Return the plan of a drop over `count` samples of the record from the sample `first` on."""
     offset = own["release"]
     levitated = drop.release + offset - float(drop.time[first])
     speed = abs(drop.omega + drop.acceleration * min(offset, 0.0)) / (2 * np.pi)
@@ -144,12 +143,12 @@ def predict(drop: MeasuredDrop, model: DropModel, own: Values, horizon: float) -
 
 
 def planned(drop: MeasuredDrop, own: Values, horizon: float) -> DropPlan:
-    """Return the plan of what is simulated for a prediction."""
+    """Return the plan of a prediction to a horizon."""
     return drop_plan(drop, own, *window(drop, horizon))
 
 
 def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
-    """Return where a simulation leads the shaft."""
+    """Return the path of the shaft in a simulation."""
     model, n = motion.model, motion.model.n
     shapes = shapes_at(model.modes, tuple(probe.position for probe in drop.probes))
     middle = drop.omega + drop.acceleration * (max(drop.time[0], drop.even_from) - drop.release) / 2
@@ -162,7 +161,7 @@ def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
         first=window(drop, horizon)[0],
         x=shapes @ along_x.T,
         y=shapes @ along_y.T,
-        angle=angle.copy(),  # all that is seen of the states, which take much room
+        angle=angle.copy(),  # a view would keep the large state array alive
         omega=middle,
         coasting=np.asarray(coasting(model, middle)),
         mean=shapes @ mean,
@@ -171,7 +170,7 @@ def path_of(drop: MeasuredDrop, motion: Trajectory, horizon: float) -> Path:
 
 
 def side_by_side(paths: Sequence[Path], sensors: Sequence[Sensors]) -> tuple[Path, Sensors]:
-    """Return several paths of a drop to one horizon as one, with the sensors that see them, whose chains are equal."""
+    """Return several paths of a drop to one horizon stacked into one, and their sensors (of equal chains) likewise."""
 
     def stacked(name: str) -> NDArray[Any]:
         return np.stack([getattr(each, name) for each in paths])
@@ -187,18 +186,18 @@ def side_by_side(paths: Sequence[Path], sensors: Sequence[Sensors]) -> tuple[Pat
 
 
 def coasting(model: DropModel, omega: float) -> float:
-    """Return the angular acceleration of the rotor that nothing drives, nothing touches, rad/s^2."""
+    """Return the angular acceleration of the free rotor without a drive, rad/s^2."""
     return float(windage_acceleration.py_func(model.arrays.spin, model.arrays.effect, omega))
 
 
 @lru_cache(maxsize=64)
 def shapes_at(modes: Modes, positions: tuple[float, ...]) -> Array:
-    """Return the modes' deflections (k, n) at positions, kept: they are asked for in every simulation."""
+    """Return the mode shapes (k, n) at positions; cached, as every simulation needs them."""
     return modes.at(positions)
 
 
 def readings(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
-    """Return what the probes read of a path, (..., probes, k), m."""
+    """Return the probe readings of a path (..., probes, k), m."""
     before = math.ceil(max(sensors.chain.of(probe.name).lag for probe in drop.probes))
     x, y, angle = _with_levitated(path, before) if before > 0 else (path.x, path.y, path.angle)
     offset = centre(machine, sensors.shared, [probe.position for probe in drop.probes])[..., None]
@@ -208,7 +207,7 @@ def readings(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors)
 
 
 def _with_levitated(path: Path, count: int) -> tuple[Array, Array, Array]:
-    """Return x, y and angle of a path with so many samples of its levitation before: a channel that lags still shows them."""
+    """Return x, y and angle of a path preceded by `count` levitated samples, which a lagging channel still shows."""
     step = path.angle[..., 1:2] - path.angle[..., :1]
     angle = path.angle[..., :1] + step * np.arange(-count, 0)
     place = path.mean[..., None] + path.whirl[..., None] * np.exp(1j * angle)[..., None, :]
@@ -220,12 +219,12 @@ def _with_levitated(path: Path, count: int) -> tuple[Array, Array, Array]:
 
 
 def _zeros(drop: MeasuredDrop, sensors: Sensors) -> Array:
-    """Return what the probes read with the shaft in the middle, (..., probes), m."""
+    """Return the probes' zeros, their readings of a centred shaft (..., probes), m."""
     return np.stack([np.asarray(sensors.own[f"zero_{probe.name}"]) for probe in drop.probes], axis=-1)
 
 
 def levitated(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Levitated:
-    """Return what the probes read of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
+    """Return the readings of the levitated rotor: means, and c of Re(c exp(i k angle)) for k = 1, 2."""
     links = [sensors.chain.of(probe.name) for probe in drop.probes]
     pairs = list(zip(drop.probes, links, strict=True))
     axes = np.exp(-1j * np.array([probe.angle + link.angle_error for probe, link in pairs]))
@@ -251,7 +250,7 @@ def levitated(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors
 
 
 def centre(machine: Machine, shared: Mapping[str, float | Array], position: Sequence[float]) -> NDArray[np.complex128]:
-    """Return where the line of the bearings' centres passes some planes in the probes' zero, x + i y, (..., planes), m."""
+    """Return the line of bearing centres in given planes, relative to the probes' zero, x + i y (..., planes), m."""
     a, b = machine.touchdown_bearings
     at = [np.asarray(shared[f"{end.name}.centre_x"] + 1j * shared[f"{end.name}.centre_y"])[..., None] for end in (a, b)]
     along = (np.asarray(position) - a.position) / (b.position - a.position)
@@ -259,11 +258,10 @@ def centre(machine: Machine, shared: Mapping[str, float | Array], position: Sequ
 
 
 def residuals(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors) -> Array:
-    """Return measured less predicted as multiples of what is expected of it: noise, and how the model's error grows.
+    """Return measured less predicted values, whitened and in units of noise and the growing error of the model.
 
-    In this order, along the last axis: readings (a probe after the other, without missing samples), pulses of the
-    keyphasor, levitated means and whirl, and as the only one of its kind the deceleration before the release
-    (`DECELERATION`).
+    In this order, along the last axis: readings (probe by probe, without missing samples), keyphasor pulses, levitated means and
+    phasors, and last the single residual of the deceleration before the release (`DECELERATION`).
     """
     k = path.x.shape[-1]
     span = slice(path.first, path.first + k)
@@ -287,26 +285,26 @@ def residuals(path: Path, drop: MeasuredDrop, machine: Machine, sensors: Sensors
 
 @dataclass(frozen=True, eq=False)
 class _Scale:
-    """What a drop's residuals are counted from and in, which is the same at all values.
+    """Measured values and standard deviations of a drop's residuals, which do not depend on the parameters.
 
     Attributes
     ----------
     colour : (order, probes, 1) array
-        Of the noise; a probe of a lower order has zeros.
+        Autoregressive coefficients of the noise, padded with zeros for lower orders.
     reading_sigma : (probes, k) array
-        What is expected of noise and model, m.
+        Standard deviation of innovation and model error together, m.
     there : (probes, k) array of bool
-        Where a sample and those that its noise follows are there.
+        Where a sample and the earlier ones that whiten it are present.
     mean, orders : (probes,) and (probes, 2) arrays
-        Measured before the release, m.
+        Levitated means and phasors, measured, m.
     mean_sigma, order_sigma : (probes,) and (probes, 1) arrays
         Their standard deviations, m.
     pulses : array of bool
-        Which pulses of the keyphasor come between the release and the end.
+        Which keyphasor pulses come between the release and the end.
     before_pulse, after_pulse : (pulses,) arrays of int
-        The samples between which each of these comes.
+        Samples before and after each of these.
     on_the_way : (pulses,) array
-        How far it is from one to the other, 0 to 1.
+        Position between the two, 0 to 1.
     """
 
     colour: Array
@@ -322,7 +320,7 @@ class _Scale:
     on_the_way: Array
 
 
-@lru_cache(maxsize=16)  # of some drops at a horizon or two
+@lru_cache(maxsize=16)  # a few drops at one or two horizons
 def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
     model = model_error(drop, drop.time[first : first + count] - drop.release)
     colour = np.zeros((max(len(noise.colour) for noise in drop.noise), len(drop.noise), 1))
@@ -330,7 +328,7 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
         colour[: len(noise.colour), row, 0] = noise.colour
     time = drop.time[first : first + count]
     there = np.isfinite(whitened(drop.reading[:, first : first + count], colour))
-    for row, noise in enumerate(drop.noise):  # what the first samples' noise follows was not looked at
+    for row, noise in enumerate(drop.noise):  # the first samples lack the earlier ones that whiten them
         there[row, : len(noise.colour)] = False
     pulses = (drop.pulse_times > drop.release) & (drop.pulse_times < time[-1])
     after = np.searchsorted(time, drop.pulse_times[pulses])
@@ -352,7 +350,7 @@ def _scale(drop: MeasuredDrop, first: int, count: int) -> _Scale:
 
 
 def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
-    """Return the sum of squares that noise alone leaves of a drop's `residuals`, which allow for a model's error too."""
+    """Return the expected sum of squares of a drop's `residuals` for noise alone, as they are scaled by the model error too."""
     first, count = window(drop, horizon)
     model = model_error(drop, drop.time[first : first + count] - drop.release)
     there = _scale(drop, first, count).there
@@ -363,13 +361,13 @@ def noise_alone(drop: MeasuredDrop, horizon: float) -> float:
 
 
 def on_reading_rows(drop: MeasuredDrop, horizon: float, values: NDArray[Any]) -> NDArray[Any]:
-    """Return values of the simulated samples (k,) as the readings' rows of `residuals` have them, (rows,)."""
+    """Return values at the simulated samples (k,), arranged like the readings in `residuals` (rows,)."""
     there = _scale(drop, *window(drop, horizon)).there
     return np.broadcast_to(values, there.shape)[there]
 
 
 def touched_rows(drop: MeasuredDrop, horizon: float, touch: float, rows: int) -> NDArray[np.bool_]:
-    """Return which of a drop's `residuals`, so many rows, contacts take part in: readings after a touch, and pulses."""
+    """Return which of a drop's `residuals` (rows,) contacts affect: readings after the touch, and pulses."""
     first, count = window(drop, horizon)
     late = on_reading_rows(drop, horizon, drop.time[first : first + count] > touch)
     before = _LEVITATED_ROWS * len(drop.probes) + _COASTING_ROWS
@@ -382,19 +380,19 @@ def model_error(drop: MeasuredDrop, since: Array) -> Array:
 
 
 def _pulse_residuals(path: Path, drop: MeasuredDrop, scale: _Scale) -> Array:
-    """Return measured less predicted shaft angle at the pulses within the path, over their standard deviation."""
+    """Return measured less predicted shaft angle at the pulses within the path, over its standard deviation."""
     before, after = path.angle[..., scale.before_pulse], path.angle[..., scale.after_pulse]
     seen = before + scale.on_the_way * (after - before)
     return np.asarray((drop.pulse_angles[scale.pulses] - seen) / drop.pulse_sigma)
 
 
 def _coasting_residual(path: Path, drop: MeasuredDrop) -> Array:
-    """Return measured less predicted deceleration before the release; nothing where a drive held the speed."""
+    """Return the residual of the deceleration before the release; zero where a drive held the speed."""
     sigma = math.hypot(drop.acceleration_sigma, _COASTING_FLOOR * drop.acceleration)
     return np.where(is_driven(drop, path.coasting), 0.0, (drop.acceleration - path.coasting) / sigma)
 
 
 def is_driven(drop: MeasuredDrop, predicted: float | Array) -> bool | Array:
-    """Return whether a drive held the speed before the release, by predicted accelerations (...), rad/s^2, of one without."""
+    """Return whether a drive held the speed before the release, from the predicted acceleration without one (...), rad/s^2."""
     slows = np.asarray(predicted) != 0.0
     return ~slows | (drop.acceleration / np.where(slows, predicted, 1.0) < _DRIVEN)

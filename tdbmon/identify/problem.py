@@ -1,4 +1,4 @@
-"""Several drops of one machine as one problem of least squares: one vector, its residuals and their slopes."""
+"""Several drops of one machine as one least-squares problem: parameter vector, residuals and Jacobian."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from tdbmon.identify.variants import Variant, left_by, paths
 Array = NDArray[np.float64]
 T = TypeVar("T")
 
-BENDING = 12  # modes a plane: with eight the reduction alone is 1.6 um off after 60 ms, with twelve 0.13 um
+BENDING = 12  # modes per plane: with eight the truncation error is 1.6 um after 60 ms, with twelve 0.13 um
 
 
 @dataclass(frozen=True, eq=False)
 class Simulated:
-    """A drop as a point of the fit has it (SI); p probes, k samples.
+    """A drop simulated at a point of the fit (SI); p probes, k samples.
 
     Attributes
     ----------
@@ -52,9 +52,9 @@ class Simulated:
     since : (k,) array
         s after the first guess of the release.
     readings : (p, k) array
-        What the probes would read, m.
+        Simulated readings, m.
     left : (p, k) array
-        Measured less that, m; NaN where a sample is missing.
+        Measured less simulated readings, m; NaN where a sample is missing.
     """
 
     prediction: Prediction
@@ -65,13 +65,16 @@ class Simulated:
 
     @property
     def left_after(self) -> Array:
-        """What is left from the release on."""
+        """Measured less simulated readings from the release on, m."""
         return self.left[:, self.since >= 0]
 
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """Coordinates count from the nominal values in units of each parameter's scale: shared ones first, then a drop's own.
+    """A least-squares problem.
+
+    Its coordinates are deviations from the nominal values in units of each parameter's scale: the shared ones first, then those
+    of each drop.
 
     Attributes
     ----------
@@ -81,15 +84,15 @@ class Problem:
     shared : tuple of Parameter
         Of machine and sensors.
     own : tuple of tuple of Parameter
-        A tuple a drop, all of one length.
+        Per-drop parameters, one tuple per drop, all of one length.
     crew : Crew
-        Works on several drops at a time.
+        Runs several drops in parallel.
     free : tuple of FreeEffect
-        Effects whose parameters are among the shared ones.
+        Effects whose parameters are among the free ones.
     standing : tuple of Effect
-        Those that the machine file carries.
+        Effects of the machine file.
     to_the_bottom : bool
-        Whether searches go on by slopes to both sides where those to one side no longer gain
+        Whether searches continue with central differences where one-sided ones no longer gain
         (`tdbmon.identify.least_squares.fit`).
     """
 
@@ -104,12 +107,12 @@ class Problem:
 
     @cached_property
     def stages(self) -> Stages:
-        """Up to where models are fitted and judged, one instant after the other."""
+        """Horizons to which models are fitted and judged."""
         return stages_of(self.model.machine)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
-        """All, in the order of the vector."""
+        """All parameters, in the order of the vector."""
         return (*self.shared, *(each for own in self.own for each in own))
 
     @cached_property
@@ -124,7 +127,7 @@ class Problem:
 
     @cached_property
     def prior(self) -> Array:
-        """Weight of what is known beforehand: 1, or 0 where nothing is."""
+        """Weight of each prior: 1, or 0 without one."""
         return np.array([1.0 if math.isfinite(p.sigma) else 0.0 for p in self.parameters])
 
     @property
@@ -133,11 +136,11 @@ class Problem:
         return np.zeros(len(self.parameters))
 
     def at_bound(self, point: Array) -> NDArray[np.bool_]:
-        """Return which coordinates of a point have gone as far as they may."""
+        """Return which coordinates of a point are at a bound."""
         return np.asarray((point <= self.low + EDGE) | (point >= self.high - EDGE))
 
     def columns(self, drop: int) -> NDArray[np.intp]:
-        """Return which coordinates a drop depends on."""
+        """Return the indices of the coordinates that a drop depends on."""
         return self._columns[drop]
 
     @cached_property
@@ -148,7 +151,7 @@ class Problem:
 
     @cached_property
     def _names(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Of the shared parameters, and of a drop's own, which are the same in every drop."""
+        """Names of the shared and of the per-drop parameters, the latter the same in every drop."""
         return tuple(p.name for p in self.shared), tuple(p.name for p in self.own[0])
 
     @cached_property
@@ -160,7 +163,7 @@ class Problem:
         return np.array([p.scale for p in self.parameters])
 
     def values(self, point: Array, drop: int) -> tuple[dict[str, float], dict[str, float]]:
-        """Return shared values and a drop's own (SI) by name."""
+        """Return the shared values and a drop's own (SI) by name."""
         shared, own = self._names
         where = self.columns(drop)
         numbers = (self._nominal[where] + self._scale[where] * point[where]).tolist()
@@ -180,27 +183,27 @@ class Problem:
     def sensors(
         self, effects: Sequence[Effect], shared: Mapping[str, float], own: Mapping[str, float], drop: int
     ) -> Sensors:
-        """Return how the probes of a drop see it."""
+        """Return the sensors of a drop."""
         chain = SensorChain()
         for effect in effects:
             chain = effect.sense(chain, self.model.machine, 1 / self.drops[drop].interval)
         return Sensors(chain, shared, own)
 
-    def _seen_at(self, point: Array, drop: int) -> tuple[DropModel, dict[str, float], Sensors]:
-        """Return the model, a drop's own values and its probes at a point (raises InputError where that is impossible)."""
+    def _setup_at(self, point: Array, drop: int) -> tuple[DropModel, dict[str, float], Sensors]:
+        """Return the model, a drop's own values and its sensors at a point (raises InputError where that is impossible)."""
         shared, own = self.values(point, drop)
         model, effects = self.setting(shared, own, drop)
         return model, own, self.sensors(effects, shared, own, drop)
 
     def residual(self, point: Array, drop: int, horizon: float) -> Array:
         """Return a drop's residuals (raises InputError where the values are impossible)."""
-        model, own, sensors = self._seen_at(point, drop)
+        model, own, sensors = self._setup_at(point, drop)
         prediction = predict(self.drops[drop], model, own, horizon)
         return residuals(prediction.path, self.drops[drop], self.model.machine, sensors)
 
     def variant(self, point: Array, drop: int, horizon: float) -> Variant:
-        """Return what is simulated of a drop at a point (raises InputError where the values are impossible)."""
-        model, own, sensors = self._seen_at(point, drop)
+        """Return the variant of a drop at a point (raises InputError where the values are impossible)."""
+        model, own, sensors = self._setup_at(point, drop)
         return Variant(model, planned(self.drops[drop], own, horizon), sensors)
 
     def residuals_at(self, points: Sequence[Array], drop: int, horizon: float) -> list[Array | None]:
@@ -218,9 +221,9 @@ class Problem:
         return [reached.get(at) for at in range(len(points))]
 
     def simulated(self, point: Array, drop: int, horizon: float) -> Simulated:
-        """Return a drop as a point has it (raises InputError where the values are impossible)."""
+        """Return a drop simulated at a point (raises InputError where the values are impossible)."""
         measured = self.drops[drop]
-        model, own, sensors = self._seen_at(point, drop)
+        model, own, sensors = self._setup_at(point, drop)
         prediction = predict(measured, model, own, horizon)
         seen = readings(prediction.path, measured, self.model.machine, sensors)
         span = slice(prediction.path.first, prediction.path.first + seen.shape[1])
@@ -237,9 +240,9 @@ class Problem:
     def slopes(
         self, point: Array, drop: int, horizon: float, among: Collection[str] | None = None, side: int = 1
     ) -> tuple[Array, Array]:
-        """Return a drop's residuals (m,) and their slopes (m, columns) by differences to one side, 1 or -1.
+        """Return a drop's residuals (m,) and Jacobian (m, columns) by one-sided differences, `side` 1 or -1.
 
-        Of all columns, or of those whose parameters are named in `among`, the others left zero.
+        Only the columns of parameters named in `among` are computed where that is given, the others left zero.
         """
         base = self.variant(point, drop, horizon)
         nudged = list(self._nudges(base, point, drop, horizon, among, side))
@@ -248,7 +251,7 @@ class Problem:
     def _nudges(
         self, base: Variant, point: Array, drop: int, horizon: float, among: Collection[str] | None, side: int
     ) -> Iterator[Nudged]:
-        """Yield the drop with each parameter moved that may be; what cannot be set is left out."""
+        """Yield the drop with each free parameter moved in turn, except those whose moved value is impossible."""
         shared, own = self.values(point, drop)
         acting_names = {each.name for each in self.free}
         parameters = (*self.shared, *self.own[drop])
@@ -275,7 +278,7 @@ class Problem:
                 continue
 
     def linearised(self, point: Array, horizon: float, sides: Sequence[int]) -> list[tuple[Array, Array]]:
-        """Return `slopes` of every drop, their mean over some sides."""
+        """Return `slopes` of every drop, the Jacobian averaged over the sides: with both, central differences."""
         count = len(self.drops)
         found = self.crew.apart(
             Problem.slopes, [(self, point, drop, horizon, None, side) for side in sides for drop in range(count)]
@@ -283,12 +286,12 @@ class Problem:
         return [(found[drop][0], np.mean([s for _, s in found[drop::count]], axis=0)) for drop in range(count)]
 
     def each(self, work: Callable[[int], T]) -> list[T]:
-        """Do something for every drop, several at a time."""
+        """Apply a function to every drop, several in parallel."""
         return self.crew.together(work, range(len(self.drops)))
 
 
 def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew) -> Problem:
-    """Return the problem of a machine at its nominal values; effects that its file carries stand.
+    """Return the problem of a machine at its nominal values, with the effects of its file.
 
     Raises
     ------
@@ -302,7 +305,7 @@ def build_problem(machine: Machine, drops: tuple[MeasuredDrop, ...], crew: Crew)
 
 
 def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:
-    """Return the levitated mean (x, y) an end that the probes' means come nearest to, (2, 2), m."""
+    """Return each end's levitated mean position (x, y) from the probes' means by least squares (2, 2), m."""
     means = np.array([n.mean for n in drop.noise])
     axes = np.diag([cmath.rect(1.0, -probe.angle) for probe in drop.probes])
     solution, *_ = np.linalg.lstsq(straight_shaft(machine, drop.probes, axes), means, rcond=None)
@@ -310,7 +313,7 @@ def _set_point(machine: Machine, drop: MeasuredDrop) -> Array:
 
 
 def check_start(problem: Problem, horizon: float) -> None:
-    """Raise what keeps the nominal values from being simulated, with the record's name."""
+    """Raise InputError, with the record's name, if a drop cannot be simulated at the nominal values."""
     for drop, measured in enumerate(problem.drops):
         try:
             problem.residual(problem.start, drop, horizon)

@@ -1,5 +1,5 @@
-"""How residuals count: those far beyond their spread linearly, not by their square (P. J. Huber, Ann. Math. Statist. 35
-(1964) 73), so that a few odd samples do not lead a fit.
+"""Robust weights of residuals: linear instead of quadratic loss far beyond their spread (P. J. Huber, Ann. Math. Statist. 35
+(1964) 73), so that a few outliers do not dominate a fit.
 """
 
 from __future__ import annotations
@@ -11,19 +11,21 @@ from tdbmon.identify.prediction import DECELERATION
 
 Array = NDArray[np.float64]
 
-FLOOR = 0.9  # squares a residual that noise alone leaves, at most: large ones count less than their square
-_FROM = 3.0  # times the spread: from there on linearly
+FLOOR = (
+    0.9  # misfit ratio of noise alone, at most: below 1, since the loss of large residuals is less than their square
+)
+_FROM = 3.0  # times the spread, from which on the loss is linear
 
 
 def spread(residual: Array) -> float:
-    """Return how many times wider than expected the residuals are, robustly; at least 1."""
+    """Return a robust standard deviation of residuals (from the median absolute value), at least 1."""
     return max(1.0, 1.4826 * float(np.median(np.abs(residual))))
 
 
 def huber(residual: Array, scale: float) -> Array:
-    """Return the weights of a drop's residuals: 1/scale^2, less for those beyond three times it.
+    """Return the weights of a drop's residuals: 1/scale^2, less for those beyond three times the scale.
 
-    The one that the deceleration before the release leaves is no sample among many: it counts by its square always.
+    The single residual of the deceleration before the release always has full weight.
     """
     away = np.abs(residual) / scale
     away[DECELERATION] = 0.0
@@ -31,5 +33,5 @@ def huber(residual: Array, scale: float) -> Array:
 
 
 def squares(r: Array) -> float:
-    """Return the sum of squares of residuals in units of the noise, large ones counting less: what a fit leaves."""
+    """Return the robust sum of squares of residuals in units of the noise: their part of the misfit."""
     return float(huber(r, 1.0) @ r**2)

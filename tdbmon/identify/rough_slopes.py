@@ -1,8 +1,8 @@
-"""What a fit knows where its slopes are rough.
+"""Covariance of a fit with noise in its Jacobian.
 
-Slopes are differences of simulations, and these are not smooth where a contact begins or ends.  In the curvature J^T W J the
-errors of the slopes count as knowledge, most where two values do the same: an unbalance and another in the same plane, told in
-sum only, seem to be told apart.  In the product of slopes that were taken by different steps the errors mostly cancel.
+The Jacobian is computed by differences of simulations, which are not smooth where a contact begins or ends.  In the curvature
+J^T W J its errors count as information, most of all for collinear parameters: two unbalances in one plane, of which only the sum
+is determined, seem to be distinguished.  In the product of Jacobians computed with different steps the errors mostly cancel.
 """
 
 from __future__ import annotations
@@ -18,17 +18,17 @@ from tdbmon.identify.robust import huber, spread
 
 Array = NDArray[np.float64]
 
-_FINER = 0.2  # times the usual steps
+_FINER = 0.2  # times the usual difference steps
 
 
 def agreed_covariance(problem: Problem, fitted: Fit, horizon: float) -> Array:
-    """Return the covariance (n, n) of a fitted point by the curvature that slopes with usual and with finer steps agree on.
+    """Return the covariance (n, n) of a fitted point from the product of its Jacobian and one with finer steps.
 
     Parameters
     ----------
     problem : Problem
     fitted : Fit
-        With slopes by the usual steps.
+        With its Jacobian by the usual steps.
     horizon : float
         s after the release.
 
@@ -44,11 +44,11 @@ def agreed_covariance(problem: Problem, fitted: Fit, horizon: float) -> Array:
         product = usual.T @ (fine * huber(r, spread(r))[:, None])
         curvature[np.ix_(where, where)] += (product + product.T) / 2
     known = np.diag(np.where(problem.prior > 0, problem.prior, 1e-6))
-    return np.asarray(np.linalg.inv(_without_negative(curvature) + known))
+    return np.asarray(np.linalg.inv(_positive_part(curvature) + known))
 
 
 def _with_steps(problem: Problem, share: float) -> Problem:
-    """Return a problem whose slopes are taken by other steps."""
+    """Return a problem with difference steps multiplied by a factor."""
     return replace(
         problem,
         shared=tuple(replace(p, nudge=share * p.nudge) for p in problem.shared),
@@ -56,8 +56,8 @@ def _with_steps(problem: Problem, share: float) -> Problem:
     )
 
 
-def _without_negative(curvature: Array) -> Array:
-    """Return a symmetric matrix without its negative part, values scaled alike: directions on which nothing agrees."""
+def _positive_part(curvature: Array) -> Array:
+    """Return a symmetric matrix, scaled to a unit diagonal, with its negative eigenvalues, which are noise, set to zero."""
     size = np.sqrt(np.maximum(np.diag(curvature), 1e-9))
     values, vectors = np.linalg.eigh(curvature / np.outer(size, size))
     return np.asarray((vectors * np.maximum(values, 0.0)) @ vectors.T * np.outer(size, size))

@@ -1,4 +1,4 @@
-"""What a usual surface at an end runs out, once and twice a revolution, as its probes see it: a drop's own values."""
+"""Usual 1X and 2X runout of the surface at each end, as its probes see it: per-drop parameters."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ ORDERS = (1, 2)
 
 
 def with_runout(chain: SensorChain, machine: Machine, own: Mapping[str, float]) -> SensorChain:
-    """Return a chain whose probes also see what a usual surface at their end runs out."""
+    """Return a chain whose probes also see the usual runout at their end."""
     probes = dict(chain.probes)
     for end in machine.ends:
         parts = [complex(own[f"{end}.runout_cosine_{k}"], own[f"{end}.runout_sine_{k}"]) for k in ORDERS]
@@ -31,7 +31,7 @@ def with_runout(chain: SensorChain, machine: Machine, own: Mapping[str, float]) 
 def runout_phasors(
     probes: Sequence[Probe], machine: Machine, chain: SensorChain, own: Mapping[str, float | Array]
 ) -> NDArray[np.complex128]:
-    """Return c (..., probes, orders) of the surface under probes before the channels' gain, Re(c exp(i k angle)), m.
+    """Return phasors c (..., probes, orders) of the runout Re(c exp(i k angle)) under the probes, before the channels' gain, m.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ def runout_phasors(
     chain : SensorChain
         For the probes' true angles.
     own : mapping
-        A drop's values (SI); with several paths, (paths,) arrays of them.
+        A drop's values (SI); for several paths, (paths,) arrays.
     """
     axes = np.array([probe.angle + chain.of(probe.name).angle_error for probe in probes])
     parts = [
@@ -53,7 +53,7 @@ def runout_phasors(
 
 
 def runout_at(phasors: NDArray[np.complex128], angle: Array) -> Array:
-    """Return the surface (..., probes, n), m, that phasors (..., probes, 2) stand for, at shaft angles (..., n), rad."""
+    """Return the runout (..., probes, n), m, of phasors (..., probes, 2) at shaft angles (..., n), rad."""
     cosine, sine = np.cos(angle), np.sin(angle)
     real = np.stack([cosine, cosine * cosine - sine * sine], axis=-2)
     imaginary = np.stack([sine, 2 * sine * cosine], axis=-2)

@@ -1,4 +1,4 @@
-"""Slopes of a drop's residuals by differences, the drop and what nudges make of it simulated side by side."""
+"""Jacobian of a drop's residuals by differences, the drop and its nudged variants simulated side by side."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Nudged:
-    """A drop with one parameter moved a little.
+    """A drop with one parameter moved by a difference step.
 
     Attributes
     ----------
     column : int
-        Of the parameter among those of the drop.
+        Index of the parameter among those of the drop.
     step : float
-        How far, in coordinates.
+        In coordinates.
     variant : Variant
     """
 
@@ -36,7 +36,7 @@ class Nudged:
 def slopes(
     measured: MeasuredDrop, machine: Machine, base: Variant, nudged: Sequence[Nudged], columns: int, horizon: float
 ) -> tuple[Array, Array]:
-    """Return a drop's residuals (m,) and their slopes (m, columns), zero in the columns of which nothing is nudged."""
+    """Return a drop's residuals (m,) and Jacobian (m, columns), zero in the columns without a nudge."""
     unmoved, changed = changes(measured, machine, base, [each.variant for each in nudged], horizon)
     jacobian = np.zeros((len(unmoved), columns))
     for each, change in zip(nudged, changed, strict=True):

@@ -1,10 +1,10 @@
-"""How the rotor slows after paths have parted: the shaft's angle to the end of the record, measured less simulated.
+"""Slowing of the rotor after paths have diverged: the shaft's angle over the rest of the record, measured less simulated.
 
-Where the shaft is in its gap can be followed for some tens of milliseconds only, since paths with impacts part.  How far it
-has turned can be followed much longer: friction takes as much speed away however the impacts fall, until the inner rings
-turn with the shaft.  The lag behind a rotor that only coasts counts with a factor of its own, the same in all drops: it is
-as uncertain as polar inertia and friction at small loads are.  So does the drag, within the machine file's tolerance, where a
-drive holds the speed up to the release: some tens of milliseconds tell little of a decay of many seconds.
+The shaft's position can be followed for some tens of milliseconds only, since paths with impacts diverge.  Its angle can be
+followed much longer: until the inner rings turn with the shaft, friction removes the same speed whatever the sequence of
+impacts.  The lag behind a coasting rotor is multiplied by a fitted factor, the same in all drops, since polar inertia and
+friction at small loads are uncertain.  So is the drag, within the machine file's tolerance, where a drive holds the speed up to
+the release: some tens of milliseconds hardly determine a decay of many seconds.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-# after the release, as far as the rest of a record is looked at: what slows a rotor later is drag alone
+# after the release, end of the stretch that is evaluated: later only drag slows the rotor
 LAST_S = 0.6
 _WINDOW_S = 0.02  # over which angles are averaged
-_LEAST_WINDOWS = 5  # of a drop
-_ANGLE_SIGMA = 0.005  # rad, of a mean: the simulated path is one of many
+_LEAST_WINDOWS = 5  # per drop
+_ANGLE_SIGMA = 0.005  # rad, of a window's mean: the simulated path is one of many
 _LAG_SIGMA = 0.02  # of the lag, for the same reason
-_LIMIT = 400.0  # that one window may add to the misfit
+_LIMIT = 400.0  # most that one window may add to the misfit
 _LEAST_FACTOR, _GREATEST_FACTOR = 0.5, 3.0  # of the simulated lag
 _COASTING_STEPS = 200
 _ROWS = ("lag", "drag", "left", "sigma")
-_TOLD = 0.02  # standard deviation of the drag before the release, as a share of it: less is as good as nothing
+_KNOWN = 0.02  # relative standard deviation of the drag, below which it counts as known
 _CAUGHT_UP = 0.9  # of the shaft's speed, from which on a ring hardly slips
 
 
 @dataclass(frozen=True)
 class Factors:
-    """By which the simulated lag and drag count, the same in all drops."""
+    """Factors on the simulated lag and drag, the same in all drops."""
 
     lag: float
     drag: float = 1.0
@@ -51,7 +51,7 @@ class Factors:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Slowing:
-    """How a drop's shaft turned after the horizon; w windows.
+    """Shaft angle of a drop after the horizon, averaged over w windows.
 
     Attributes
     ----------
@@ -60,18 +60,18 @@ class Slowing:
     left : (w,) array
         Measured less simulated shaft angle, forward, rad.
     lag : (w,) array
-        Simulated angle less that of a rotor that nothing touches, forward, rad.
+        Simulated angle less that of a coasting rotor without contact, forward, rad.
     drag : (w,) array
-        Angle of a rotor that only coasts less that of one that nothing slows, forward, rad.
+        Angle of a coasting rotor less that of one at constant speed, forward, rad.
     held : (w,) array
-        Angle that each rad/s^2 of slowing from the release on takes, forward, s^2: half the square of the time.
+        Change of angle per unit of constant deceleration since the release, forward, s^2: minus half the square of the time.
     sigma : (w,) array
-        Standard deviation of what is left, rad.
+        Standard deviation of `left`, rad.
     slips : (w,) array of bool
-        Whether all inner rings still turn plainly slower than the shaft up to there, as simulated: friction alone slows it then,
+        Whether all simulated inner rings are still clearly slower than the shaft up to there: friction alone slows it then,
         whatever the rings' inertia.
     drag_sigma : float
-        By which share the drag may be off, standard deviation; 0 where it is told before the release.
+        Relative standard deviation of the drag; 0 where the stretch before the release determines it.
     """
 
     time: Array
@@ -84,7 +84,7 @@ class Slowing:
     drag_sigma: float = 0.0
 
     def rest(self, factors: Factors) -> Array:
-        """Return what is left, rad, where simulated lag and drag count by factors."""
+        """Return the residual (w,), rad, with factors on the simulated lag and drag."""
         return self.left - (factors.lag - 1) * self.lag - (factors.drag - 1) * self.drag
 
     def during(self, windows: NDArray[np.bool_]) -> Slowing:
@@ -93,17 +93,17 @@ class Slowing:
         return Slowing(**rows, drag_sigma=self.drag_sigma)
 
     def misfit(self, factors: Factors) -> float:
-        """Return the sum of squares in units of their standard deviations."""
+        """Return the sum of squared residuals in units of their standard deviations, that of each window limited."""
         return float(np.minimum((self.rest(factors) / self.sigma) ** 2, _LIMIT).sum())
 
 
 def last_of(drop: MeasuredDrop) -> float:
-    """Return up to when the rest of a record is looked at, s after the release."""
+    """Return the end of the evaluated stretch of a record, s after the release."""
     return min(drop.seconds - 0.002, LAST_S)
 
 
 def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slowing | None:
-    """Return how a drop slows at a point of a fit; None without a keyphasor, a longer record, or a simulation."""
+    """Return the slowing of a drop at a point of a fit; None if keyphasor or record do not suffice or it cannot be simulated."""
     measured = problem.drops[drop]
     last = last_of(measured)
     since = measured.pulse_times - measured.release
@@ -124,7 +124,7 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
     release = own["release"]
     turned = simulated - np.interp(release, time, path.angle)
     speed = prediction.motion.plan.speed
-    coasted = _coasted(model, speed, since - release)
+    coasted = _coasting_angle(model, speed, since - release)
     lag, drag = sense * turned - coasted, coasted - 2 * math.pi * speed * (since - release)
     left = sense * (angle - simulated)
     held = -0.5 * np.clip(since - release, 0.0, None) ** 2
@@ -150,15 +150,15 @@ def slowing_of(problem: Problem, point: Array, drop: int, horizon: float) -> Slo
 
 
 def _caught_up(prediction: Prediction, since: Array) -> float:
-    """Return when the first of the inner rings comes near the shaft's speed, s; infinite where none does."""
+    """Return when the first inner ring comes near the shaft's speed, s; infinite where none does."""
     state, n = prediction.motion.state, prediction.motion.model.n
     rings, shaft = np.abs(state[:, state_layout.ring_speeds(n)]), np.abs(state[:, state_layout.omega(n)])
     near = (rings >= _CAUGHT_UP * shaft[:, None]).any(axis=1)
     return float(since[np.argmax(near)]) if near.any() else math.inf
 
 
-def _coasted(model: DropModel, speed: float, since: Array) -> Array:
-    """Return the angle, rad, that a rotor of a speed, Hz, turns in times (k,), s, where nothing touches it."""
+def _coasting_angle(model: DropModel, speed: float, since: Array) -> Array:
+    """Return the angle (k,), rad, that a free rotor of an initial speed, Hz, turns in times (k,), s."""
     grid = np.linspace(0.0, max(float(since.max()), 1e-3), _COASTING_STEPS + 1)
     step, omega, angle = grid[1], 2 * math.pi * speed, [0.0]
     for _ in grid[1:]:
@@ -169,11 +169,11 @@ def _coasted(model: DropModel, speed: float, since: Array) -> Array:
 
 
 def factors_of(slowings: Sequence[Slowing]) -> Factors:
-    """Return the factors of simulated lag and drag with which drops leave least, that of the lag within bounds."""
+    """Return the least-squares factors on simulated lag and drag of drops, that of the lag within bounds."""
     lag, drag, left, sigma = (np.concatenate([getattr(s, name) for s in slowings]) for name in _ROWS)
     known = max(each.drag_sigma for each in slowings)
     power, along = float(np.sum((lag / sigma) ** 2)), np.sum(lag * left / sigma**2)
-    if known:  # what the drag may take of it
+    if known:  # eliminate the factor of the drag
         of_drag = float(np.sum((drag / sigma) ** 2)) + known**-2
         shared = float(np.sum(drag * lag / sigma**2)) / of_drag
         power -= shared**2 * of_drag
@@ -187,35 +187,35 @@ def factors_of(slowings: Sequence[Slowing]) -> Factors:
 
 
 def slowing_misfit(slowings: Sequence[Slowing]) -> float:
-    """Return the sum of squares of drops, where simulated lag and drag count by the factors that suit them best."""
+    """Return the sum of squares of drops at the best factors on lag and drag, the prior of the drag included."""
     factors, known = factors_of(slowings), max(each.drag_sigma for each in slowings)
     against = ((factors.drag - 1) / known) ** 2 if known else 0.0
     return sum(each.misfit(factors) for each in slowings) + against
 
 
 def stated_drag_sigma(machine: Machine) -> float:
-    """Return by which share the drag of a machine may be off by its file, standard deviation."""
+    """Return the relative standard deviation of a machine's drag from its file."""
     decay = machine.rotor.speed_decay_time
     return (decay.high - decay.low) / 4 / decay.nominal if decay is not None else 0.0
 
 
 def _drag_sigma(problem: Problem) -> float:
-    """Return the same beside what the levitated shafts tell of it; 0 where that is enough."""
+    """Return the same combined with the decelerations before the releases; 0 where the drag then counts as known."""
     stated = stated_drag_sigma(problem.model.machine)
     if stated == 0.0:
         return 0.0
-    told = [_coasting_told(drop, problem.model) for drop in problem.drops]
+    told = [_deceleration_significance(drop, problem.model) for drop in problem.drops]
     sigma = 1 / math.sqrt(stated**-2 + sum(each**2 for each in told))
-    return sigma if sigma > _TOLD else 0.0
+    return sigma if sigma > _KNOWN else 0.0
 
 
-def _coasting_told(drop: MeasuredDrop, model: DropModel) -> float:
-    """Return of how many standard deviations the deceleration before a release is; 0 where a drive holds the speed."""
+def _deceleration_significance(drop: MeasuredDrop, model: DropModel) -> float:
+    """Return the deceleration before a release in standard deviations; 0 where a drive holds the speed."""
     return 0.0 if is_driven(drop, coasting(model, drop.omega)) else abs(drop.acceleration) / drop.acceleration_sigma
 
 
 def slowings_at(problem: Problem, point: Array, horizon: float) -> tuple[Slowing, ...] | None:
-    """Return the same at a point of a fit."""
+    """Return the slowing of all drops at a point of a fit; None where that of one is unknown."""
     found = [slowing_of(problem, point, drop, horizon) for drop in range(len(problem.drops))]
     known = tuple(each for each in found if each is not None)
     return known if len(known) == len(found) else None

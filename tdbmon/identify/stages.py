@@ -1,8 +1,8 @@
-"""How far a drop has come: instants, s after the release, up to which models are fitted and judged one after the other.
+"""Stages of a drop: horizons, s after the release, to which models are fitted and judged one after the other.
 
-They were chosen on machines with gaps of 150 to 400 um, whose shafts fall for 5.5 to 9 ms.  Wider gaps stretch them as they
-stretch the time of the fall, sqrt(2 gap / g): by 18 ms a shaft in a gap of 600 um has met its bearings but once, and what
-differs there says little of why.  Narrower ones do not shorten them: more contacts tell more, and none is missed.
+They were chosen on machines with gaps of 150 to 400 um, whose shafts fall for 5.5 to 9 ms.  In wider gaps they are stretched in
+proportion to the time of fall, sqrt(2 gap / g): at 18 ms a shaft in a gap of 600 um has touched its bearings only once, and
+residuals there say little about their cause.  In narrower gaps they are not shortened: more contacts contain more information.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from dataclasses import dataclass
 from tdbsim.machine import STANDARD_GRAVITY, Machine
 
 _USUAL_GAP = 250e-6  # m
-_WIDEST = 400e-6  # m: up to which nothing is stretched
-_MOST = 2.0  # what a shaft meets that hardly falls, is not told by its weight
-_STEP = 0.05  # of a stretch, which keeps the instants neat
-# s at a usual gap, in small steps: a fit that is right to one leads into the right minimum of the next
+_WIDEST = 400e-6  # m: gap up to which nothing is stretched
+_MOST = 2.0  # greatest stretch: a shaft under very low gravity is not driven into contact by its weight
+_STEP = 0.05  # rounding of the stretch, for neat horizons
+# s in a usual gap, in small steps: a right fit to one horizon leads into the right minimum of the next
 _EARLY = (0.006, 0.01, 0.014, 0.018, 0.022, 0.027, 0.033, 0.04)
 _CALIBRATION = (*_EARLY, 0.05, 0.06, 0.075, 0.09)
 _DIAGNOSIS = (*_EARLY, 0.047, 0.055, 0.065)
@@ -25,72 +25,72 @@ _DIAGNOSIS = (*_EARLY, 0.047, 0.055, 0.065)
 
 @dataclass(frozen=True)
 class Stages:
-    """Instants of the drops of a machine, all in s after the release.
+    """Stages of the drops of a machine, all in s after the release.
 
     Attributes
     ----------
     stretch : float
-        Times those of a usual gap.
+        Factor on those of a usual gap.
     """
 
     stretch: float = 1.0
 
     def at(self, usual: float) -> float:
-        """Return when drops have come as far as those in a usual gap by `usual`."""
+        """Return the instant that corresponds to `usual`, s, in a usual gap."""
         return round(self.stretch * usual, 4)
 
     def all_at(self, usual: Sequence[float]) -> tuple[float, ...]:
-        """Return `at` of several."""
+        """Return `at` of several instants."""
         return tuple(self.at(each) for each in usual)
 
     @property
     def calibration(self) -> tuple[float, ...]:
-        """To which values are calibrated, one after the other."""
+        """Horizons of the calibration."""
         return self.all_at(_CALIBRATION)
 
     @property
     def diagnosis(self) -> tuple[float, ...]:
-        """To which models with causes are compared, one after the other."""
+        """Horizons at which models with causes are compared."""
         return self.all_at(_DIAGNOSIS)
 
     @property
     def first_contacts(self) -> tuple[float, ...]:
-        """Past a first contact, and no more than takes a second or two."""
+        """Horizons just after the first contacts, to which a fit takes only a second or two."""
         return self.all_at(_EARLY[1:4])
 
     @property
     def fall(self) -> float:
-        """Nothing touches so far, or only just, but in narrow gaps."""
+        """End of the free fall: no contact yet, or hardly, except in narrow gaps."""
         return self.at(0.006)
 
     @property
     def flight(self) -> float:
-        """The fall through the gap is over, and paths begin to part."""
+        """The fall through the gap is over, and paths begin to diverge."""
         return self.at(0.008)
 
     @property
     def least(self) -> float:
-        """Both ends are past their first contact: so much of a record is needed for a fit."""
+        """Both ends are past their first contact: least length of record for a fit."""
         return self.at(0.025)
 
     @property
     def loaded(self) -> float:
-        """Before it the cages' angles do nothing."""
+        """Before it the cage angles have no effect."""
         return self.at(0.009)
 
     @property
     def met(self) -> float:
-        """One end has met its bearing at least."""
+        """At least one end has touched its bearing."""
         return self.at(0.01)
 
     @property
     def touched(self) -> float:
-        """Both ends have met their bearings."""
+        """Both ends have touched their bearings."""
         return self.at(0.014)
 
     @property
     def sound(self) -> float:
-        """Paths have hardly parted: a model that held so far is judged there, if it fails further on."""
+        """Paths have hardly diverged: a model that held so far and fails later is judged here."""
         return self.at(0.018)
 
     @property
@@ -100,17 +100,17 @@ class Stages:
 
     @property
     def late(self) -> float:
-        """A plain model that holds so far lacks no more than its laws do, more often than not."""
+        """A plain model that holds so far usually lacks nothing but exact laws."""
         return self.at(0.033)
 
     @property
     def followed(self) -> float:
-        """As far as all models are followed."""
+        """Horizon to which all models are followed."""
         return self.at(0.04)
 
 
 def stages_of(machine: Machine) -> Stages:
-    """Return the instants for a machine's gaps by its file."""
+    """Return the stages for the gaps in a machine's file."""
     gaps = [each.radial_gap.nominal for each in machine.touchdown_bearings]
     falls_like = sum(gaps) / len(gaps) * STANDARD_GRAVITY / machine.gravity  # m: the gap with the same time of fall
     if falls_like <= _WIDEST:

@@ -1,4 +1,4 @@
-"""Values that a machine file states without tolerance, free in a fit after all; and which of them it had to move."""
+"""Stated values (those that a machine file gives without tolerance) freed in a fit, and remarks on those that had to move."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from tdbmon.identify.parameters import Parameter, stated_parameters
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.widened import widened
 
-WORTH = 0.5  # of what is left beyond noise, that they must take away to be free
-_SLOPES = 3  # times: with one, values that have made up for these would hide them
-_AT_LIMIT = 0.95  # of the way to a limit, from which on a value is at it
-_TOLD = 1.0  # standard deviation, from which on it is told
+WORTH = 0.5  # of the misfit beyond noise, that they must remove to be freed
+_SLOPES = 3  # Jacobians per fit: with one, values that have compensated for these would hide them
+_AT_LIMIT = 0.95  # of the distance to a bound, from which on a value counts as at it
+_REPORTED = 1.0  # standard deviations of change, from which on a value is reported
 
 
 def has_stated_values(problem: Problem) -> bool:
-    """Return whether these values may move already."""
+    """Return whether stated values are already free."""
     return bool(_free(problem))
 
 
@@ -28,12 +28,12 @@ def _free(problem: Problem) -> list[Parameter]:
 
 
 def with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit]:
-    """Return a problem in which these values may move too, and a fit as it stands there (see `widened`)."""
+    """Return the problem with the stated values free, and the fit's point and Jacobian in it (see `widened`)."""
     return widened(problem, found, horizon, stated_parameters(problem.model.machine), [()] * len(problem.drops))
 
 
 def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> tuple[Problem, Fit] | None:
-    """Return the same fitted from where it stands; None where it cannot be simulated."""
+    """Return the problem with the stated values free, and its fit from there; None where it cannot be simulated."""
     try:
         wider, start = with_stated_values(problem, found, horizon)
         return wider, fit(wider, start.point, horizon, _SLOPES, slopes=start.slopes)
@@ -42,24 +42,24 @@ def fitted_with_stated_values(problem: Problem, found: Fit, horizon: float) -> t
 
 
 def at_their_limits(problem: Problem, point: NDArray[np.float64]) -> list[str]:
-    """Return the names of those that are free and at a point nearly as far off as they may be."""
+    """Return the names of free stated values that are at, or nearly at, a bound."""
     values, _ = problem.values(point, 0)
-    return [each.name for each in _free(problem) if _way_to_limit(each, values[each.name]) >= _AT_LIMIT]
+    return [each.name for each in _free(problem) if _relative_deviation(each, values[each.name]) >= _AT_LIMIT]
 
 
-def _way_to_limit(of: Parameter, value: float) -> float:
-    """Return how far off a value is, of as far as it may be to that side."""
+def _relative_deviation(of: Parameter, value: float) -> float:
+    """Return the deviation of a value from its nominal, relative to that of the bound on the same side."""
     reach = of.high - of.nominal if value > of.nominal else of.nominal - of.low
     return abs(value - of.nominal) / reach if reach > 0 else 0.0
 
 
 def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
-    """Return what there is to say of the stated values at a point of a fit: which had to move, where they were free."""
+    """Return a remark on free stated values that had to move at a point of a fit, if any."""
     values, _ = problem.values(point, 0)
     moved = [
         p.instead(values[p.name], p.nominal)
         for p in _free(problem)
-        if abs(values[p.name] - p.nominal) > _TOLD * p.sigma
+        if abs(values[p.name] - p.nominal) > _REPORTED * p.sigma
     ]
     if not moved:
         return []

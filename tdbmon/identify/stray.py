@@ -1,8 +1,8 @@
-"""A drop that lost its way while the others hold theirs, led back.
+"""New search for the path of a single stray drop, one that fails while the others fit.
 
-The values that all share are as the others have them, so only the drop's own are open, above all the angles of its cages
-and rings at the release: which ball, which lobe the shaft fell on.  Fits of this drop alone begin at angles all round,
-from the first contacts on, and the best of them go further.
+The others determine the shared values, so only the stray drop's own are open, above all the angles of its cages and rings at
+the release: which ball or lobe the shaft fell on.  Fits of this drop alone begin at angles all round, at the first contacts, and
+the best are continued.
 """
 
 from __future__ import annotations
@@ -18,18 +18,18 @@ from tdbmon.identify.problem import Problem
 
 Array = NDArray[np.float64]
 
-_APART = 1.3  # times what each of the others leaves at most
-_GO_ON = (0.018, 12), (0.027, 4)  # s after the release in a usual gap, and how many angles go on from there
+_APART = 1.3  # times the greatest misfit ratio among the others
+_GO_ON = (0.018, 12), (0.027, 4)  # horizon, s in a usual gap, and number of angles kept there
 
 
 def stray_drop(found: Fit, sound: float) -> int | None:
-    """Return the drop that lost its way, or None: it leaves much more than each of the others, and those noise alone.
+    """Return the stray drop, or None: its misfit ratio is far above that of all others, and these are explained.
 
     Parameters
     ----------
     found : Fit
     sound : float
-        Misfit a residual up to which drops count as explained.
+        Misfit ratio up to which drops count as explained.
     """
     left = found.ratio_of_drops
     worst = int(np.argmax(left))
@@ -40,15 +40,15 @@ def stray_drop(found: Fit, sound: float) -> int | None:
 
 
 def led_back(problem: Problem, found: Fit, stray: int, horizon: float) -> Fit:
-    """Return a fit with one drop's path found anew, or as it was where that is no better.
+    """Return a fit with the stray drop's path searched anew, or the given fit where that is no better.
 
     Parameters
     ----------
     problem : Problem
     found : Fit
-        With slopes near enough for another step.
+        With a Jacobian good enough for another step.
     stray : int
-        The drop.
+        Index of the stray drop.
     horizon : float
         s after the release.
     """
@@ -62,15 +62,15 @@ def led_back(problem: Problem, found: Fit, stray: int, horizon: float) -> Fit:
         alone = frozen(only(problem, [stray]), taught.point[:count])
         own = np.concatenate([np.zeros(count), point[problem.columns(stray)[count:]]])
         for column in turning(problem):
-            own = _turned(alone, own, count + column, horizon)
+            own = _best_over_angle(alone, own, count + column, horizon)
         point[problem.columns(stray)[count:]] = own[count:]
         return min(found, fit(problem, point, horizon, 2), key=lambda each: each.misfit)
     except InputError:
         return found
 
 
-def _turned(alone: Problem, own: Array, column: int, horizon: float) -> Array:
-    """Return the best point of a drop whose fits begin with one of its angles all round."""
+def _best_over_angle(alone: Problem, own: Array, column: int, horizon: float) -> Array:
+    """Return the best point of a drop from fits that begin with one of its angles all round."""
     offsets, _ = circle(alone, alone.parameters[column])
     points = []
     for offset in offsets:

@@ -1,4 +1,4 @@
-"""Hertz stress of the most loaded ball, and the box that sums up a drop."""
+"""Hertz stress of the most loaded ball, and its box statistics over a drop."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from tdbmon.runs import runs_of
 
 Array = NDArray[np.float64]
 
-_SIGMAS = 3.0  # from the mean: outliers as in N. Neisi's dissertation
-_TUKEY = 1.5  # interquartile ranges from the box: J. W. Tukey, Exploratory Data Analysis
+_SIGMAS = 3.0  # standard deviations from the mean: outliers as in N. Neisi's dissertation
+_TUKEY = 1.5  # interquartile ranges beyond the quartiles: J. W. Tukey, Exploratory Data Analysis
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class Stress:
     greatest : Estimate
         Over the whole time.
     mean, median, q1, q3 : float
-        Of the fitted drop; these and what follows mean nothing where the greatest is missing.
+        Of the fitted drop; these and all that follow are meaningless where `greatest` is missing.
     least : float
         Least stress within Tukey's lower fence.
     outliers, tukey : tuple of float
@@ -35,7 +35,7 @@ class Stress:
     outlier_level, tukey_level : float
         Those two limits.
     assumption : str
-        What the stress rests on beside the machine file; empty where that tells all.
+        Assumptions of the stress beyond the machine file; empty where there are none.
     """
 
     greatest: Estimate
@@ -52,7 +52,7 @@ class Stress:
 
     @classmethod
     def missing(cls, bearing: TouchdownBearing, why: str) -> Stress:
-        """Return the box of a stress that is not told, with the reason."""
+        """Return the box of a missing stress, with the reason."""
         return cls(Estimate.missing("MPa", why), 0.0, 0.0, 0.0, 0.0, 0.0, (), (), 0.0, 0.0, assumed(bearing))
 
 
@@ -63,7 +63,7 @@ def ball_stress(bearing: TouchdownBearing, load: Array) -> Array:
 
 
 def assumed(bearing: TouchdownBearing) -> str:
-    """Return what a stress assumes of the balls because the machine file does not tell it; empty where it tells all."""
+    """Return in words the assumptions on the balls where the machine file is silent; empty where there are none."""
     balls = bearing.balls
     told = balls.model_fields_set
     found = [
@@ -77,12 +77,12 @@ def assumed(bearing: TouchdownBearing) -> str:
 
 
 def first(seconds: float) -> str:
-    """Return in words the time after the release that forces and stresses are told of, s."""
+    """Return in words the time after the release, s, that forces and stresses cover."""
     return f"the first {seconds:g} s after the release"
 
 
 def stress_box(members: list[Array], bearing: TouchdownBearing, seconds: float) -> Stress:
-    """Return the box of so many seconds from the stress over time (k,) of an ensemble's members, the fitted one first, Pa."""
+    """Return the box over `seconds` from the stress histories (k,) of an ensemble's members, the fitted one first, Pa."""
     fitted = members[0]
     loaded = fitted[fitted > 0]
     greatest = np.array([member.max() for member in members])

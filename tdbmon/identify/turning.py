@@ -1,8 +1,7 @@
-"""How the shaft turns about a release, by keyphasor and speed signal: a uniform acceleration fitted to both before it.
+"""Rotation of the shaft about a release: a constant acceleration fitted to keyphasor and speed signal before it.
 
-Where one does not fit all of the levitated stretch, as where the drive trips shortly before the release, to the last part that
-one fits.  A speed signal counts with the scale that is stated for it, unless the keyphasor contradicts that: then the pulses set
-the scale.
+Where that does not fit the whole levitated stretch, as when the drive trips shortly before the release, only the last part that
+it fits is used.  A speed signal is taken at its stated scale unless the keyphasor contradicts it; then the pulses set the scale.
 """
 
 from __future__ import annotations
@@ -23,16 +22,18 @@ from tdbmon.record.keyphasor import Pulses, pulses
 
 Array = NDArray[np.float64]
 
-_FEWEST_PULSES = 3  # before the release, which tell angle, speed and acceleration
-_FEWEST_SPEEDS = 10  # samples of the speed before it, of which more are needed to tell a slope and its scatter
-_FEWEST_HELD = 3  # the same of values that each stand for many samples
-_MEANS = 320  # of the speed, from which it is told since when one line fits
-_SCATTER_TOLD = 10  # pulses more than are needed, from which on it is told whether they scatter as their rounding does
-_ALIKE = 0.25  # of its power: turns of whole samples, whose pulses are all rounded by as much
-_PLAINLY = 4.0  # standard deviations, by which its scale is wrong
-_BLOCKS = 10  # of the speed, whose means tell how it errs at low frequency
-_SLOWLY = 1.8  # times what their samples let expect, as means of white noise scatter once in a thousand
-_LEAST_SPREAD = 1e-4  # of the speed: no signal is taken for better
+_FEWEST_PULSES = 3  # before the release, for angle, speed and acceleration
+_FEWEST_SPEEDS = 10  # samples of the speed before the release; more are needed for a slope and its scatter
+_FEWEST_HELD = 3  # the same for values that are each held over many samples
+_MEANS = 320  # block means of the speed, by which the last stretch with a constant acceleration is found
+_SCATTER_FREEDOM = 10  # degrees of freedom, needed to compare the scatter of pulses with their rounding
+_ALIKE = (
+    0.25  # of the variance of rounding: less means turns of whole samples, whose pulses all have one rounding error
+)
+_PLAINLY = 4.0  # standard deviations, from which on the scale of a speed signal is wrong
+_BLOCKS = 10  # of the speed, whose means show its error at low frequency
+_SLOWLY = 1.8  # times the scatter of block means expected of white noise, which exceeds this once in a thousand
+_LEAST_SPREAD = 1e-4  # of the speed: no signal is assumed to be better
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,19 +43,19 @@ class Turning:
     Attributes
     ----------
     angle, angle_sigma : float
-        At the release and its standard deviation, rad; an infinite one where no keyphasor tells.
+        At the release and its standard deviation, rad; infinite without a keyphasor.
     omega : float
         Angular speed there, rad/s, negative clockwise.
     acceleration, acceleration_sigma : float
         rad/s^2, and its standard deviation.
     pulse_times, pulse_angles : (m,) arrays
-        Keyphasor after the release, s and rad; empty where it does not tell the angle.
+        Keyphasor pulses after the release, s and rad; empty where they do not give the angle.
     pulse_sigma : float
         Standard deviation of a pulse's angle, rad.
     begin : float
-        s of the record, from which on all this holds; minus infinity where the shaft turned so before its first sample.
+        s of the record, since when this holds; minus infinity where from the first sample on.
     signal_over_pulses : float
-        How many times the keyphasor's speed the speed signal reads, where the two contradict each other; 1 elsewhere.
+        Speed signal over the keyphasor's speed where the two contradict each other; 1 elsewhere.
     """
 
     angle: float
@@ -69,7 +70,7 @@ class Turning:
     signal_over_pulses: float = 1.0
 
     def since(self, t: Array) -> Array:
-        """Angle turned at times t (n,), s, from the release, rad; after it as fast as there."""
+        """Angle turned (n,), rad, at times t (n,), s, from the release; after it at constant speed."""
         return self.omega * t + 0.5 * self.acceleration * np.minimum(t, 0.0) ** 2
 
 
@@ -79,17 +80,17 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     Parameters
     ----------
     laid : Dataset
-        A record laid over its machine.
+        A record with its channels assigned to the machine.
     machine : Machine
     release : float
         s.
     name : str
-        What an error calls the record.
+        Name of the record in error messages.
 
     Raises
     ------
     InputError
-        If neither tells the speed before the release.
+        If neither gives the speed before the release.
     """
     marks = pulses(laid, machine) if "keyphasor" in laid and machine.keyphasor is not None else None
     times, turns, sigma, factor = np.empty(0), np.empty(0), np.inf, 1.0
@@ -108,19 +109,19 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
         frequency = (turns[before][-1] - turns[before][0]) / (t[-1] - t[0])
         sigma = float(marks.sigma * frequency)
         parts.append((np.column_stack([np.ones_like(t), t, t**2]) / (factor * sigma), turns[before] / (factor * sigma)))
-    parts += _by_speed(laid, release, begin)
+    parts += _speed_rows(laid, release, begin)
     if not parts:
         raise InputError(
             f"{name}: neither keyphasor nor speed signal tells the speed before the release, which the model needs: record a"
             " keyphasor, or the speed at the probes' rate, or 4 times at least in the levitated stretch"
         )
-    if not keyed:  # then any angle will do
+    if not keyed:  # the angle is arbitrary then
         parts.append((np.array([[1.0, 0.0, 0.0]]), np.zeros(1)))
     design, target = (np.concatenate(each) for each in zip(*parts, strict=True))
     over = 1.0
     if marks is not None and keyed:
         tick = math.sqrt(12) * marks.sigma / float(np.ptp(times[before]))
-        over, design = _scaled_by_pulses(design, target, before.sum(), tick)
+        over, design = _scale_from_pulses(design, target, before.sum(), tick)
     solution, *_ = np.linalg.lstsq(design, target, rcond=None)
     covariance = np.linalg.pinv(design.T @ design)
     angle_sigma = 2 * np.pi * float(np.sqrt(covariance[0, 0])) if marked else np.inf
@@ -144,30 +145,31 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
 
 
 def _rounded_alike(left: Array) -> bool:
-    """Whether pulses are all rounded to samples alike, as what is left of them (n,) tells: no mean of them helps then."""
+    """Return whether the residuals (n,) show that all pulses have the same rounding error, which averaging does not reduce."""
     freedom = len(left) - _FEWEST_PULSES
-    return freedom >= _SCATTER_TOLD and float(left @ left) < _ALIKE * freedom
+    return freedom >= _SCATTER_FREEDOM and float(left @ left) < _ALIKE * freedom
 
 
-def _scaled_by_pulses(design: Array, target: Array, pulses: int, tick: float) -> tuple[float, Array]:
-    """Return by how many times a speed signal reads too much by the pulses, and the rows of a fit with its scale free.
+def _scale_from_pulses(design: Array, target: Array, pulses: int, tick: float) -> tuple[float, Array]:
+    """Return the ratio of a speed signal to the speed by pulses, and the rows of a fit with the signal's scale free.
 
-    One and the rows as they are where the two agree: within their noise, and within what the pulses' rounding may drift by.
+    Return 1 and the unchanged rows where the two agree within their noise or the drift of the pulses' rounding.
 
     Parameters
     ----------
     design, target : (n, 3) and (n,) arrays
-        Rows of so many pulses, and after them of the signal.
+        Rows of the pulses, then of the signal.
     pulses : int
+        Number of pulses.
     tick : float
-        Share of the time between the first pulse and the last that a pulse is rounded to.
+        Resolution of a pulse's time over the time from the first pulse to the last.
     """
     if len(target) == pulses:
         return 1.0, design
     freed = np.column_stack([design, np.where(np.arange(len(target)) < pulses, 0.0, target)])
     solution, *_ = np.linalg.lstsq(freed, target, rcond=None)
     left = (target - freed @ solution)[:pulses]
-    # pulses may scatter by more than their rounding
+    # pulses may scatter more than by rounding
     loose = max(1.0, float(left @ left) / max(pulses - _FEWEST_PULSES, 1))
     surplus, sigma = float(solution[3]), math.sqrt(loose * float(np.linalg.pinv(freed.T @ freed)[3, 3]))
     if abs(surplus) <= max(_PLAINLY * sigma, tick):
@@ -176,14 +178,14 @@ def _scaled_by_pulses(design: Array, target: Array, pulses: int, tick: float) ->
 
 
 def _even_since(marks: Pulses, release: float) -> tuple[float, float]:
-    """Return since when one acceleration fits the pulses, s, and the factor of their noise."""
+    """Return since when the pulses fit a constant acceleration, s, and the factor on their noise."""
     turns = between(marks).between(-math.inf, release)
     even, factor = last_even_turns(turns, marks.sigma)
     return -math.inf if len(even) == len(turns) else float(even.begin[0]), factor
 
 
 def _even_speed_since(laid: xr.Dataset, release: float) -> float:
-    """Return since when one acceleration fits the speed signal, s."""
+    """Return since when the speed signal fits a constant acceleration, s."""
     if "speed" not in laid:
         return -math.inf
     channel = laid["speed"]
@@ -196,8 +198,8 @@ def _even_speed_since(laid: xr.Dataset, release: float) -> float:
     return min(float(even.begin[0]), float(fewest[0]))
 
 
-def _by_speed(laid: xr.Dataset, release: float, begin: float) -> list[tuple[Array, Array]]:
-    """Return rows (n, 3) over turns, turns/s and half the acceleration, and their values (n,), of the speed before a release."""
+def _speed_rows(laid: xr.Dataset, release: float, begin: float) -> list[tuple[Array, Array]]:
+    """Return design rows (n, 3) for turns, turns/s and half the acceleration, and target (n,), of the speed before a release."""
     if "speed" not in laid:
         return []
     channel = laid["speed"]
@@ -207,18 +209,18 @@ def _by_speed(laid: xr.Dataset, release: float, begin: float) -> list[tuple[Arra
     held = float(channel.attrs.get(HELD, 0.0))
     if len(hz) <= (_FEWEST_HELD if held else _FEWEST_SPEEDS):
         return []
-    at = at - held / 2  # a value that is held was read up to so long before, half of it on average
+    at = at - held / 2  # a held value was read up to `held` s earlier, half of that on average
     slope = np.polyfit(at, hz, 1)
     spread = max(_spread(hz - np.polyval(slope, at)), _LEAST_SPREAD * float(np.mean(hz)))
-    # by how old they are all are wrong alike: no mean helps
+    # the error by their age is common to all values, so averaging does not reduce it
     spread = math.hypot(spread, math.sqrt(len(hz)) * held / 2 * abs(float(slope[0])))
     return [(np.column_stack([np.zeros_like(at), np.ones_like(at), 2 * at]) / spread, hz / spread)]
 
 
 def _spread(left: Array) -> float:
-    """Return the standard deviation of what a line leaves of samples (n,); of those that err alike, as if they did not.
+    """Return the standard deviation of residuals (n,) about a line; for correlated ones that of equivalent white noise.
 
-    A signal that is smoothed errs alike for many samples, and means of blocks scatter more than samples let expect.
+    The errors of a smoothed signal are correlated, so its block means scatter more than independent samples would.
     """
     alone, size = float(np.std(left, ddof=2)), len(left) // _BLOCKS
     if size < 2:

@@ -1,8 +1,8 @@
-"""Drops that hardly go together: one that fits far worse than the others, or sets that see a bearing at two places.
+"""Inconsistent drops: one that fits far worse than the others, or two sets that see a bearing at different places.
 
-A fit to several drops has one gap and one centre a bearing, and a zero of each probe in each drop, which hardly drifts.
-Where a bearing was changed, seated anew or worn between the drops, the zeros have to make up for it; where that does not
-help, the fit follows the drops that are more alike, since what is far off counts less in it.
+A fit to several drops has one gap and one centre per bearing, and per drop a zero of each probe, which hardly drifts.  Where a
+bearing was changed, reseated or worn between the drops, the zeros have to compensate; where they cannot, the robust fit follows
+the majority.
 """
 
 from __future__ import annotations
@@ -15,24 +15,24 @@ from tdbmon.identify.least_squares import Fit
 from tdbmon.identify.parameters import ZERO_SIGMA
 from tdbmon.identify.problem import Problem
 
-_FAR_WORSE = 4.0  # times the misfit of the other drops, which is told of a drop
-_APART = 3.0  # standard deviations of such a drift, of the step between drops that is told
+_FAR_WORSE = 4.0  # times the median misfit ratio of the other drops
+_APART = 3.0  # standard deviations of the zeros' drift: least step between drops that is reported
 
 
 def unlike_drops(problem: Problem, fit: Fit) -> list[str]:
-    """Return what there is to say of drops that hardly go with the others; nothing where all go together.
+    """Return remarks on inconsistent drops; none where all are consistent.
 
     Parameters
     ----------
     problem : Problem
     fit : Fit
-        Best to the first contacts: later on a path may part in one drop and not in the others.
+        Preferably to the first contacts: later the path of a single drop may diverge.
     """
     return [*_far_worse(problem, fit)] or [*_seen_elsewhere(problem, fit)]
 
 
 def _far_worse(problem: Problem, fit: Fit) -> list[str]:
-    """Return the drops that fit far worse than the others, in words."""
+    """Return remarks on drops that fit far worse than the others."""
     ratios = fit.ratio_of_drops
     out = []
     for i, drop in enumerate(problem.drops):
@@ -46,7 +46,7 @@ def _far_worse(problem: Problem, fit: Fit) -> list[str]:
 
 
 def _seen_elsewhere(problem: Problem, fit: Fit) -> list[str]:
-    """Return in words the two sets of drops in which a probe sees its bearing at two places."""
+    """Return a remark on two sets of drops in which a probe sees its bearing at different places."""
     probes = dict.fromkeys(probe.name for drop in problem.drops for probe in drop.probes)
     own = [problem.values(fit.point, drop)[1] for drop in range(len(problem.drops))]
     found = []
@@ -70,7 +70,7 @@ def _seen_elsewhere(problem: Problem, fit: Fit) -> list[str]:
 
 
 def _widest(ordered: list[tuple[float, int]]) -> tuple[float, tuple[int, ...], tuple[int, ...]]:
-    """Return the widest step between values in order, and which drops are below and above it."""
+    """Return the widest step between sorted values, and the drops below and above it."""
     steps = [(high[0] - low[0], k + 1) for k, (low, high) in enumerate(pairwise(ordered))]
     step, at = max(steps, default=(0.0, 0))
     return step, tuple(k for _, k in ordered[:at]), tuple(k for _, k in ordered[at:])

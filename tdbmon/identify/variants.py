@@ -1,7 +1,7 @@
-"""Variants of a drop: one drop at many values, simulated side by side, and what each leaves of the record.
+"""Variants of a drop: one drop at several parameter values, simulated side by side, and their residuals.
 
-A simulation in a kernel that takes eight costs half of one alone, and so does what NumPy makes of it.  Each variant takes the
-steps that it would take alone.
+In a kernel with eight lanes a simulation costs half as much as alone, and so does its evaluation in NumPy.  Each variant takes
+the same steps as alone.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Variant:
-    """A drop at some values: how it moves, and how the probes see it."""
+    """A drop at given parameter values: model, plan and sensors."""
 
     model: DropModel
     plan: DropPlan
@@ -34,7 +34,7 @@ class Variant:
 
 
 def paths(measured: MeasuredDrop, variants: Sequence[Variant], horizon: float) -> list[Path | InputError]:
-    """Return where variants lead the shaft, or what was raised where one cannot be simulated.
+    """Return the paths of variants, or the InputError of those that cannot be simulated.
 
     Parameters
     ----------
@@ -49,10 +49,10 @@ def paths(measured: MeasuredDrop, variants: Sequence[Variant], horizon: float) -
 def changes(
     measured: MeasuredDrop, machine: Machine, base: Variant, variants: Sequence[Variant], horizon: float
 ) -> tuple[Array, list[Array | None]]:
-    """Return a drop's residuals, and how each variant of it changes them; None where one cannot be simulated.
+    """Return a drop's residuals, and the change of them in each variant; None where one cannot be simulated.
 
-    The drop is simulated beside its variants: what one does not change, before the first touch for one, is then the same to
-    the last bit.  Those that have its model and plan, and are seen otherwise only, are not simulated again.
+    The drop is simulated beside its variants, so that samples unaffected by a change (before the first touch, say) are equal to
+    the last bit.  Variants with the drop's own model and plan that differ in the sensors only are not simulated again.
 
     Raises
     ------
@@ -75,7 +75,7 @@ def changes(
 def left_by(
     measured: MeasuredDrop, machine: Machine, found: Sequence[Path | InputError], sensors: Sequence[Sensors]
 ) -> list[Array | None]:
-    """Return the residuals of paths as sensors see them; None where there is no path."""
+    """Return the residuals of paths with given sensors; None where there is no path."""
     out: list[Array | None] = [None] * len(found)
     alike: list[list[int]] = []
     for at, path in enumerate(found):

@@ -1,4 +1,4 @@
-"""A fit in which more values may move, which begin where they stood."""
+"""A problem with more free parameters, and a fit carried over to it at their nominal values."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from tdbmon.identify.problem import Problem
 def widened(
     problem: Problem, found: Fit, horizon: float, shared: Sequence[Parameter], each: Sequence[Sequence[Parameter]]
 ) -> tuple[Problem, Fit]:
-    """Return a problem with more parameters, and a fit as it stands there: its slopes are known, not yet its minimum.
+    """Return a problem with more parameters, and a fit's point in it with residuals and Jacobian, not yet minimised.
 
     Parameters
     ----------
     problem : Problem
         It already simulates with these parameters at their nominal values.
     found : Fit
-        With slopes near enough for another step.
+        With a Jacobian good enough for another step.
     horizon : float
         s after the release.
     shared : sequence of Parameter
-        They come after the shared ones.
+        Appended to the shared parameters.
     each : sequence of sequence of Parameter
-        Of each drop; they come after its own.
+        Appended to the per-drop parameters, one sequence per drop.
 
     Raises
     ------

@@ -14,7 +14,7 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.first_fits import STAGES, few_drops, first_fits
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import _begun, _kinds, mistaken_entry
+from tdbmon.identify.mistaken_entry import _kinds, _start_trial, mistaken_entry
 from tdbmon.identify.problem import build_problem
 from tdbmon.identify.stages import stages_of
 from tdbmon.record.read import read
@@ -136,17 +136,21 @@ def test_a_gap_that_stands_alone_is_stated_anew(tmp_path, monkeypatch, stated, l
     drops = measured_drops([read(path) for path in records()[3:]], machine)
     fitted = []
 
-    def held(begun):
-        """What fits left by the gap that is stated."""
-        fitted.append(begun)
-        gap = begun.problem.model.machine.touchdown_bearings[0].radial_gap.nominal
-        return replace(begun, misfit=left if gap == pytest.approx(stated * 1e-6) else 0.9)
+    def fitted_to_bounce(trial):
+        """A trial with the misfit ratio that fits had at the stated gap."""
+        fitted.append(trial)
+        gap = trial.problem.model.machine.touchdown_bearings[0].radial_gap.nominal
+        return replace(trial, misfit=left if gap == pytest.approx(stated * 1e-6) else 0.9)
 
-    def followed(tried, _):
+    def surviving(tried, _):
         gap = next(each for each in tried if each.entries[0].name.endswith("radial_gap"))
-        return [replace(_begun(gap, gap.entries, 280 / stated), misfit=4.0)]
+        return [replace(_start_trial(gap, gap.entries, 280 / stated), misfit=4.0)]
 
-    for name, stub in {"_held": held, "_followed": followed, "slowings_at": lambda *_: None}.items():
+    for name, stub in {
+        "_fitted_to_bounce": fitted_to_bounce,
+        "_surviving": surviving,
+        "slowings_at": lambda *_: None,
+    }.items():
         monkeypatch.setattr(mistaken_entry_module, name, stub)
     with Crew() as crew:
         problem = build_problem(machine, drops, crew)

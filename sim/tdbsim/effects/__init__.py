@@ -1,1 +1,1 @@
-"""The effects that a model may lack, one a file; see `tdbsim.effect` for their form."""
+"""The effects that a model may lack, one per file; for their interface see `tdbsim.effect`."""

@@ -1,4 +1,4 @@
-"""A channel that is late."""
+"""Time delay of a channel."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ChannelLag(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the levitated phase lag at 1X of the channel behind the shaft, rad, and a thousandth."""
+        """Return the phase lag of the channel behind the shaft at levitated 1X, plus 0.001, rad."""
         held = before_release(drop)
         held = held.isel(time=slice(held.sizes["time"] // 2, None))
         axis, at = drop[where].attrs["angle_rad"], held.sel(probe=where)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class CrossCoupledStiffness(Effect):
-    """A force across the displacement: F_x = -k y, F_y = k x where the rotor turns counter-clockwise."""
+    """A force perpendicular to the displacement: F_x = -k y, F_y = k x for counter-clockwise rotation."""
 
     title: ClassVar = "cross-coupled stiffness"
     what: ClassVar = "A seal or wheel feeds energy into forward whirl."
@@ -40,6 +40,6 @@ class CrossCoupledStiffness(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the mean sideways force of the bearings, which cross-coupling must balance, N, and 5 N."""
+        """Return the mean sideways force of the bearings, which balances the cross-coupling, plus 5 N, N."""
         fallen = after_release(drop, 0.02)
         return abs(float(fallen["force_x"].sum("end").mean())) + 5.0

@@ -1,4 +1,4 @@
-"""A foundation that moves."""
+"""A flexible foundation."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FoundationMode(Effect):
-    """The support stands on a mass on a spring and damper; an infinite stiffness stands still."""
+    """The support is mounted on a mass on a spring and damper; with infinite stiffness the foundation is rigid."""
 
     title: ClassVar = "foundation mode"
     what: ClassVar = "The support stands on something that moves: one more mass and spring under it."
@@ -45,7 +45,7 @@ class FoundationMode(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the smallest support motion over contact force (rms) of the ends, m/N."""
+        """Return the smallest ratio, over the ends, of rms support motion to rms contact force, m/N."""
         return min(
             float(
                 np.hypot(at["support_x"].std(), at["support_y"].std())

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HardeningSupport(Effect):
-    """Spring force = stiffness r + cubic r^3, towards the middle."""
+    """Spring force = stiffness r + cubic r^3, towards the centre."""
 
     title: ClassVar = "hardening support"
     what: ClassVar = "The support's stiffness grows with deflection."
@@ -38,7 +38,7 @@ class HardeningSupport(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the smaller one, over the ends, of contact force over support motion (rms), N/m."""
+        """Return the smallest ratio, over the ends, of rms contact force to rms support motion, N/m."""
         fallen = bearings(after_release(drop), where)
         return min(
             float(

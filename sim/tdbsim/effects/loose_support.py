@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class LooseSupport(Effect):
-    """Within the radial play the spring has `stiffness_ratio` times its stiffness, beyond it all of it.
+    """Within the radial play the spring has `stiffness_ratio` times its stiffness, beyond it the full stiffness.
 
-    The part that is missing stands on a seat, which is pressed by what the radial displacement r has beyond the play: it
-    holds the energy (1 - play/r)^2 r K r / 2, with the matrix K of its stiffness, which may differ by direction.  So no way
-    round in the support gives energy, and the force points to the middle on all of it.
+    The remaining part of the stiffness acts through a seat, compressed by the excess of the radial displacement r over the play:
+    it stores the energy (1 - play/r)^2 r K r / 2, with its stiffness matrix K, which may be anisotropic.  So the force is
+    conservative and restoring everywhere.
     """
 
     title: ClassVar = "loose support"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class OffSizedBall(Effect):
-    """Give it several times for several balls."""
+    """State it several times for several balls."""
 
     title: ClassVar = "off-sized ball"
     what: ClassVar = "One or more balls are too large or too small: lines at cage speed."
@@ -41,12 +41,12 @@ class OffSizedBall(Effect):
             count = int(draft.arrays.end[end, BALL_COUNT])
             if self.ball > count:
                 raise InputError(f"off_sized_ball: ball {self.ball:g} given; '{self.where}' has {count} balls")
-            # a larger diameter presses along the contact, and the shaft moves across the axis
+            # the oversize acts along the contact angle, the shaft's displacement radially
             angle = draft.machine.touchdown_bearings[end].balls.contact_angle
             draft.arrays.ball_oversize[end, int(self.ball) - 1] += self.deviation / math.cos(angle)
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the greatest mean load of a ball over the mean of all."""
+        """Return the greatest mean load of a ball over the mean load of all."""
         load = after_release(drop)["ball_load"].sel(end=where).mean("time")
         return float(load.max() / load.mean())

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class OvalClearance(Effect):
     """Radial gap = round gap + amplitude cos(2 (azimuth - angle)).
 
-    With the ``radial`` law the normal force acts along the displacement, as usual in rotordynamics, and only the
-    distance of touch depends on the direction.  With the ``normal`` law it acts across the bore's surface, by 2 amplitude/gap
-    off the displacement at most; that force has a potential, the other has not.
+    With the ``radial`` law the normal force acts along the displacement, as usual in rotordynamics, and only the distance at
+    contact depends on the direction.  With the ``normal`` law it acts normal to the bore's surface, at an angle of up to
+    2 amplitude/gap to the displacement; that force is conservative, the other is not.
     """
 
     title: ClassVar = "oval clearance"
@@ -48,7 +48,7 @@ class OvalClearance(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the two-lobed part of the distance at which rotor and ring touch, m, and a tenth of a micrometre."""
+        """Return the 0-pk second harmonic of the distance at contact over the azimuth, plus 0.1 um, m."""
         distance, azimuth, _ = contact_points(drop, where)
         return lobes(distance, azimuth, 2) + 1e-7
 

@@ -1,4 +1,4 @@
-"""A probe that does not stand where the drawing says."""
+"""A probe whose angle differs from the drawing."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ProbeAngle(Effect):
-    """True angle = the machine file's + error."""
+    """True angle = angle in the machine file + error."""
 
     title: ClassVar = "probe angle"
     what: ClassVar = "A probe does not stand at the angle on the drawing."
@@ -41,6 +41,6 @@ class ProbeAngle(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the angle between the probe's axis and the drawing's, rad, and a thousandth."""
+        """Return the angle between the probe's axis and that in the drawing, plus 0.001, rad."""
         x, y = probe_axis(drop, where)
         return float(abs(np.angle((x + 1j * y) * np.exp(-1j * drop[where].attrs["angle_rad"])))) + 1e-3

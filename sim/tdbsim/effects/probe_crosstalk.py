@@ -1,4 +1,4 @@
-"""A channel that leaks into its neighbour."""
+"""Crosstalk between the probes of an end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ProbeCrosstalk(Effect):
-    """The reading of the one probe + factor x that of the other; first and second in the order of the machine file."""
+    """Reading of one probe + factor x that of the other; first and second in the order of the machine file."""
 
     title: ClassVar = "probe crosstalk"
     what: ClassVar = "One channel of an end leaks into the other."
@@ -45,7 +45,7 @@ class ProbeCrosstalk(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return how far a probe's axis leans at the most, rad, and a thousandth."""
+        """Return the greatest apparent tilt of a probe's axis, plus 0.001, rad."""
         leaning = [1e-3]
         for probe in drop["probe"].values:
             if drop[probe].attrs["end"] == where:

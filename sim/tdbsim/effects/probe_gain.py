@@ -1,4 +1,4 @@
-"""A displacement channel that reads too much or too little."""
+"""Gain error of a displacement channel."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Runout of the surface that the probes of an end look at."""
+"""Runout of the surface under the probes of an end."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ProbeRunout(Effect):
-    """The surface stands out by first cos(beta - first_phase) + second cos(2 (beta - second_phase)) on the shaft."""
+    """Radial deviation of the surface = first cos(beta - first_phase) + second cos(2 (beta - second_phase)) on the shaft."""
 
     title: ClassVar = "probe runout"
     what: ClassVar = "The probe sees the shaft surface's runout, at every speed, in levitation too."
@@ -56,7 +56,7 @@ class ProbeRunout(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the greatest levitated difference of 1X and 2X between the end's probes and the shaft, m, and 0.1 um."""
+        """Return the greatest difference of levitated 1X and 2X between the end's readings and the shaft, plus 0.1 um, m."""
         held = before_release(drop)
         angle = held["shaft_angle"].values
         found = [1e-7]

@@ -1,4 +1,4 @@
-"""Windage that grows with speed squared."""
+"""Windage torque that grows with the square of the speed."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class QuadraticWindage(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the work of windage over the mean kinetic energy of spin and the time, 1/s."""
+        """Return the work of windage over mean kinetic energy of spin times duration, 1/s."""
         fallen = after_release(drop)
         work = float(fallen["work"].sel(work_kind="windage")[-1])
         energy = float(fallen["energy"].sel(energy_kind="spin").mean())

@@ -19,11 +19,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RaceWaviness(Effect):
-    """Radial interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle)) / cos(contact angle).
+    """Radial interference of a ball at azimuth beta + amplitude cos(order (beta - ring angle) - phase) / cos(contact angle).
 
-    Of an outer race it is order beta; the phase is taken off either.
+    On an outer race without the ring angle.
 
-    Give it several times for waves of several orders, in one race or in both.
+    State it several times for waves of several orders, in one race or in both.
     """
 
     title: ClassVar = "race waviness"
@@ -56,7 +56,7 @@ class RaceWaviness(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return how strongly the ball loads follow two waves in the inner race: 0 not, 1 wholly."""
+        """Return the relative second harmonic of the ball loads over the angle on the inner race: 0 for none, 1 for full."""
         at = after_release(drop).sel(end=where)
         load, count = at["ball_load"].values, at.sizes["ball"]
         azimuth = at["cage_angle"].values + 2 * np.pi * np.arange(count)[:, None] / count

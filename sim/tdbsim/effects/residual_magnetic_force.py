@@ -1,4 +1,4 @@
-"""Magnetic force that is left after switch-off."""
+"""Residual magnetic force after switch-off."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ResidualMagneticForce(Effect):
-    """The force of each magnetic bearing at the release fades as exp(-t / decay_time), or as 1 - t / decay_time to nothing.
+    """The force of each magnetic bearing at the release decays as exp(-t / decay_time), or as 1 - t / decay_time to zero.
 
-    The former where the coils' current dies in a resistance, the latter where a constant voltage drives it down.
+    The former where the coil current decays through a resistance, the latter where a constant voltage drives it down.
     """
 
     title: ClassVar = "residual magnetic force"
@@ -41,7 +41,7 @@ class ResidualMagneticForce(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the time to the first contact, s, beyond the free fall through what was fallen by then."""
+        """Return the delay of the first contact against a free fall through the same height, plus 0.1 ms, s."""
         fallen = after_release(drop)
         touch = int((fallen["depth"].max("end").values > 0).argmax())
         height = float((fallen["rotor_y"].isel(time=0) - fallen["rotor_y"].isel(time=touch)).mean())

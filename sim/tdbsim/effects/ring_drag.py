@@ -1,4 +1,4 @@
-"""An inner ring that is hard to turn."""
+"""Additional drag torque on an inner ring."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RingDrag(Effect):
-    """Adds to the drag that the machine file names."""
+    """Added to the drag in the machine file."""
 
     title: ClassVar = "ring drag"
     what: ClassVar = (
@@ -41,6 +41,6 @@ class RingDrag(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the mean of slip over shaft speed after the release."""
+        """Return the mean ratio of slip to shaft speed after the release."""
         fallen = after_release(drop)
         return float(1 - abs(fallen["ring_speed"].sel(end=where)).mean() / abs(fallen["rotor_speed"]).mean())

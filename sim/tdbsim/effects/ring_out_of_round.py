@@ -43,7 +43,7 @@ class RingOutOfRound(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the two-lobed part, in the ring, of the distance of touch, m, and a tenth of a micrometre."""
+        """Return the 0-pk second harmonic of the distance at contact over the angle on the ring, plus 0.1 um, m."""
         distance, azimuth, ring = contact_points(drop, where)
         return lobes(distance, azimuth - ring, 2) + 1e-7
 

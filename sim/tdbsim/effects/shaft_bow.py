@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ShaftBow(Effect):
-    """Bent to the same curvature all along, as by a difference of temperature across it, or to its first bending mode."""
+    """Bent with uniform curvature, as by a temperature difference across the shaft, or in the shape of its first bending mode."""
 
     title: ClassVar = "shaft bow"
     what: ClassVar = "The shaft is bent: a 1X orbit whose size does not fall with speed squared."
@@ -56,20 +56,20 @@ class ShaftBow(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the greatest levitated 1X amplitude of the probe planes, m."""
+        """Return the greatest levitated 1X amplitude in the probe planes, m."""
         held = before_release(drop)
         angle = held["shaft_angle"].values
         return max(abs(order_phasor(row, angle, 1)) for row in np.atleast_2d(held["shaft_x"].values))
 
 
 def _even_curve(modes: Modes, first: float, second: float) -> NDArray[np.float64]:
-    """Return a parabola in the coordinates of the rotor, 0 at two positions, 1 midway between them."""
+    """Return a parabola in the coordinates of the rotor model, 0 at two positions and 1 midway between them."""
     share = (modes.model.nodes - first) / (second - first)
     return np.column_stack([4 * share * (1 - share), 4 * (1 - 2 * share) / (second - first)]).ravel()
 
 
 def _first_bending_mode(modes: Modes, first: float, second: float) -> NDArray[np.float64]:
-    """Return that mode's share of a bow whose distance from the line through two positions is 1 at most between them."""
+    """Return the mode scaled so that between two positions its greatest distance from the line through them is 1."""
     if not modes.bending:
         raise InputError("shaft_bow: shape bending_mode needs a model with a bending mode; this one keeps none")
     mode = modes.vectors[:, modes.names.index("bending 1")]

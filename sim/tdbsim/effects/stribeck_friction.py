@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 class StribeckFriction(Effect):
     """Coefficient = sliding value + static_excess exp(-(slip / stribeck_speed)^n).
 
-    With n = 1 (``exponential``, the law of Bo and Pavelescu 1982) or n = 2 (``gaussian``): both are in use, see
-    B. Armstrong-Helouvry, P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083.
+    n = 1 (``exponential``, law of Bo and Pavelescu 1982) or n = 2 (``gaussian``); both are in use: B. Armstrong-Helouvry,
+    P. Dupont, C. Canudas de Wit, Automatica 30 (1994) 1083.
     """
 
     title: ClassVar = "Stribeck friction"
@@ -55,7 +55,7 @@ class StribeckFriction(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the greatest friction over normal force."""
+        """Return the greatest ratio of friction to normal force."""
         pressed = [at.isel(time=at["normal_force"].values > 50.0) for at in bearings(drop, where)]
         return max(float(np.max(np.abs(at["friction_force"]) / at["normal_force"])) for at in pressed)
 

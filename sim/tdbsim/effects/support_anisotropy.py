@@ -1,4 +1,4 @@
-"""A support that is softer in one direction."""
+"""A support with a different stiffness in one direction."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SupportAnisotropy(Effect):
-    """Stiffness along `direction` is `ratio` times the machine file's; across it, it stays."""
+    """Stiffness along `direction` is `ratio` times the machine file's; across it, it is unchanged."""
 
     title: ClassVar = "support anisotropy"
     what: ClassVar = "The support is softer (or stiffer) in one direction."
@@ -47,7 +47,7 @@ class SupportAnisotropy(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the mean deflection a newton along x over that along y, or its inverse where that is greater."""
+        """Return the ratio of mean deflections per newton along x and y, or its inverse where that is greater."""
         found = []
         for at in bearings(after_release(drop, 0.02), where):
             soft = [float(np.std(at[f"support_{axis}"]) / np.std(at[f"force_{axis}"])) for axis in "xy"]

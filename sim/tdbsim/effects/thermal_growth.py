@@ -1,4 +1,4 @@
-"""A gap that frictional heat closes."""
+"""A gap reduced by frictional heat."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ThermalGrowth(Effect):
-    """Radial gap = cold gap - growth x heat; the heat is friction's, and leaves with `cooling_time`."""
+    """Radial gap = cold gap - growth x heat, with the frictional heat, which decays with `cooling_time`."""
 
     title: ClassVar = "thermal growth"
     what: ClassVar = "Frictional heat closes the gap while the rotor rubs."
@@ -48,7 +48,7 @@ class ThermalGrowth(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return by how much the distance of touch is smaller in the last tenth of the contacts, m, and 0.1 um."""
+        """Return the decrease of the distance at contact in the last tenth of the contacts, plus 0.1 um, m."""
         shrunk = []
         for at in bearings(drop, where):
             distance, _, _ = contact_points(drop, str(at["end"].values))

@@ -1,4 +1,4 @@
-"""Unbalance beyond the balancing sheet."""
+"""Unbalance in excess of the balancing sheet."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Unbalance(Effect):
-    """Adds to the unbalance that the machine file names in the plane."""
+    """Added to the unbalance of the plane in the machine file."""
 
     title: ClassVar = "unbalance"
     what: ClassVar = "Unbalance differs from the balancing sheet beyond its tolerance: a lost part, a deposit."
@@ -42,7 +42,7 @@ class Unbalance(Effect):
 
     @classmethod
     def measure(cls, drop: xr.Dataset, where: str) -> float:
-        """Return the greatest levitated 1X amplitude of the probe planes, m."""
+        """Return the greatest levitated 1X amplitude in the probe planes, m."""
         held = before_release(drop)
         angle = held["shaft_angle"].values
         return max(abs(order_phasor(row, angle, 1)) for row in np.atleast_2d(held["shaft_x"].values))
