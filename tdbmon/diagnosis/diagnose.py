@@ -30,6 +30,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.one_machine import check_one_machine
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
@@ -123,8 +124,8 @@ def diagnose(
     Raises
     ------
     InputError
-        If there is no record, one cannot be used, or the machine file does not fit: then the plain model cannot even
-        follow the fall before the first contact, or not be simulated.
+        If there is no record, one cannot be used, some cannot be of one machine in one condition, or the machine file does not
+        fit: then the plain model cannot even follow the fall before the first contact, or not be simulated.
     """
     began = time.monotonic()
     machine, left_out = standing_in_all_drops(machine)
@@ -209,6 +210,7 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
         return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
+    check_one_machine(problem)
     doubt = machine_doubt(problem)
     return _Obstacle(doubt.why, PUT_RIGHT, doubt.wanted) if doubt is not None else None
 

@@ -23,13 +23,14 @@ def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[Mea
     Raises
     ------
     InputError
-        If there is no record, one is given twice, whatever its name or format, or one cannot be used: then it says which of
-        the others can.
+        If there is no record, one is given twice, whatever its name or format, some name another machine and others do not,
+        or one cannot be used: then it says which of the others can.
     """
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
     _check_twice(records)
     drops = _usable(records, machine)
+    _check_names(drops)
     _check_exports(drops, records, machine)
     names = [drop.name for drop in drops]
     return tuple(
@@ -54,6 +55,18 @@ def _usable(records: Sequence[xr.Dataset], machine: Machine) -> list[MeasuredDro
     others = "drop" if len(drops) == 1 else f"{len(drops)} drops"
     rest = f"; leave {'them' if more else 'it'} out to use the other {others}" if drops else ""
     raise InputError(f"{refused[0][1]}{also}{rest}")
+
+
+def _check_names(drops: Sequence[MeasuredDrop]) -> None:
+    """Refuse drops of two machines by what they name; where all name another one, the name in the file may be wrong."""
+    foreign = [drop for drop in drops if drop.foreign]
+    others = len(drops) - len(foreign)
+    if not foreign or not others:
+        return
+    more = [drop.name for drop in foreign[1:]]
+    also = f"; so are {', '.join(more)}" if len(more) > 1 else f"; so is {more[0]}" if more else ""
+    rest = "drop" if others == 1 else f"{others} drops"
+    raise InputError(f"{foreign[0].foreign}{also}; leave {'them' if more else 'it'} out to use the other {rest}")
 
 
 def _check_twice(records: Sequence[xr.Dataset]) -> None:
