@@ -7,10 +7,12 @@ import pytest
 from tdbsim.errors import InputError
 
 from tdbmon.diagnosis.diagnose import diagnose
+from tdbmon.diagnosis.reference import diagnose_since
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.one_machine import _far_more, check_one_machine
 from tdbmon.identify.problem import build_problem
+from tdbmon.progress import silent
 from tests.identify.drops import drop, machine
 
 OWN, OTHER = "of this machine", "of one whose probes have other angles"
@@ -80,6 +82,14 @@ def test_drops_that_name_two_machines_are_refused_with_those_that_may_stay():
         InputError, match=r"drop_70.nc: the record says .* 'Blower 7'.*; so is drop_130.nc; leave them out"
     ) as one:
         measured_drops(three, machine())
-    assert str(one.value).endswith("to use the other drop")
+    assert str(one.value).endswith("to use the other record")
     three[1].attrs["machine"] = "Blower 7"  # all of them: the file's name may be wrong
     assert all(each.foreign for each in measured_drops(three, machine()))
+
+
+def test_reference_drops_that_name_another_machine_are_refused():
+    """They were diagnosed first, and nothing was compared."""
+    earlier, later = records(OWN, OWN)
+    earlier.attrs["machine"] = "Blower 7"
+    with pytest.raises(InputError, match="drop_70.nc: the record says that it is of 'Blower 7'"):
+        diagnose_since(machine(), [earlier], [later], silent)
