@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
-from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, untold
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, rest_lacks, untold
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.sizes import Sizes, sizes_of
@@ -147,11 +147,13 @@ def diagnose(
         found = _first_judged(field, slowed, suspected, progress)
         obstacle = mistaken or _drift(found, horizons)
         late, late_before, otherwise = None, None, None
-        unseen = []
+        unseen: list[str] = []
+        lame: Sequence[MeasuredDrop] = ()
         if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
             unseen = [untold(found.believed)] if late is None else []
+            lame = (rest_lacks(found.believed) or found.believed.problem.drops) if late is None else ()
         believed = found.believed
         unlike = _unlike(believed) if obstacle is None else []
         slows = slowing_beside(believed) if mistaken is None else SlowsOtherwise()
@@ -166,9 +168,7 @@ def diagnose(
         late=late,
         late_before=late_before,
         mistaken=mistaken.why if mistaken is not None else None,
-        next_test=obstacle.next_test
-        if obstacle is not None
-        else next_test(judged, found.field, slows.driven, not unseen),
+        next_test=obstacle.next_test if obstacle is not None else next_test(judged, found.field, slows.driven, lame),
         remarks=(
             *left_out,
             *exact_remarks(machine),
