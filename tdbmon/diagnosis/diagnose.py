@@ -14,7 +14,7 @@ from tdbmon.diagnosis.contest import contest
 from tdbmon.diagnosis.drifting_probe import drifting_probe
 from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
-from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, untold
+from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, rest_lacks, untold
 from tdbmon.diagnosis.moved_mark import moved_mark
 from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.sizes import Sizes, sizes_of
@@ -30,6 +30,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
+from tdbmon.identify.one_machine import check_one_machine
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
@@ -123,8 +124,8 @@ def diagnose(
     Raises
     ------
     InputError
-        If there is no record, one cannot be used, or the machine file does not fit: then the plain model cannot even
-        follow the fall before the first contact, or not be simulated.
+        If there is no record, one cannot be used, some cannot be of one machine in one condition, or the machine file does not
+        fit: then the plain model cannot even follow the fall before the first contact, or not be simulated.
     """
     began = time.monotonic()
     machine, left_out = standing_in_all_drops(machine)
@@ -146,11 +147,13 @@ def diagnose(
         found = _first_judged(field, slowed, suspected, progress)
         obstacle = mistaken or _drift(found, horizons)
         late, late_before, otherwise = None, None, None
-        unseen = []
+        unseen: list[str] = []
+        incomplete: Sequence[MeasuredDrop] = ()
         if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
             unseen = [untold(found.believed)] if late is None else []
+            incomplete = (rest_lacks(found.believed) or found.believed.problem.drops) if late is None else ()
         believed = found.believed
         unlike = _unlike(believed) if obstacle is None else []
         slows = slowing_beside(believed) if mistaken is None else SlowsOtherwise()
@@ -167,7 +170,7 @@ def diagnose(
         mistaken=mistaken.why if mistaken is not None else None,
         next_test=obstacle.next_test
         if obstacle is not None
-        else next_test(judged, found.field, slows.driven, not unseen),
+        else next_test(judged, found.field, slows.driven, incomplete),
         remarks=(
             *left_out,
             *exact_remarks(machine),
@@ -209,6 +212,7 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
         return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
+    check_one_machine(problem)
     doubt = machine_doubt(problem)
     return _Obstacle(doubt.why, PUT_RIGHT, doubt.wanted) if doubt is not None else None
 

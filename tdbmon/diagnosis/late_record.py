@@ -247,11 +247,20 @@ def _turns_told(drop: MeasuredDrop) -> bool:
     return len(drop.pulse_times) >= 2
 
 
+def rest_lacks(contender: Contender) -> list[MeasuredDrop]:
+    """Return the drops of a model whose records end too early after its horizon, or have no keyphasor there."""
+    horizon = contender.horizon
+    return [
+        drop for drop in contender.problem.drops if not _turns_told(drop) or _windows(drop, horizon) < _LEAST_WINDOWS
+    ]
+
+
 def untold(contender: Contender) -> str:
     """Say why the rest of the drops' records is not compared with simulations, and what that costs."""
     drops, horizon = contender.problem.drops, contender.horizon
-    mute = [drop.name for drop in drops if not _turns_told(drop)]
-    short = [drop for drop in drops if _turns_told(drop) and _windows(drop, horizon) < _LEAST_WINDOWS]
+    incomplete = rest_lacks(contender)
+    mute = [drop.name for drop in incomplete if not _turns_told(drop)]
+    short = [drop for drop in incomplete if _turns_told(drop)]
     why = [f"no keyphasor tells how the shaft turns after the release in {', '.join(mute)}"] if mute else []
     if short:
         needed = max(horizon + _LEAST_WINDOWS * _window(drop) for drop in short)
@@ -259,8 +268,9 @@ def untold(contender: Contender) -> str:
         why.append(f"{names} {hold} less than {needed * 1e3:.0f} ms after the release")
     if not why:
         why.append("its probes lack too many samples there, or hardly any of its simulations can be made")
-    told_by_others = len(mute) + len(short) < len(drops) and (mute or short)
-    others = ". Diagnose the other drops by themselves to have theirs looked at" if told_by_others else ""
+    others = (
+        ". Diagnose the other drops by themselves to have theirs looked at" if 0 < len(incomplete) < len(drops) else ""
+    )
     return (
         f"the rest of the record is not held against simulations, since {' and '.join(why)}: what acts later than"
         f" {horizon * 1e3:g} ms is neither sought nor excluded{others}"

@@ -19,10 +19,6 @@ DRIFT = (
     " at, or of the machine"
 )
 CHANGED = "none needed to tell it: look at what has changed, or state it in the machine file if it was meant"
-REST_UNSEEN = (
-    "the same drops with a keyphasor, recorded for half a second after the release: the model follows these as far as they were"
-    " compared, but what acts later was not looked at"
-)
 DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
 _ALIKE = 1.1  # ratio of the greatest to the least speed below which all drops count as from one speed
 
@@ -33,10 +29,12 @@ def of_one_speed(drops: Sequence[MeasuredDrop]) -> bool:
     return max(speeds) < _ALIKE * min(speeds)
 
 
-def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False, rest_seen: bool = True) -> str:
+def next_test(
+    verdict: Verdict, contenders: tuple[Contender, ...], driven: bool = False, unseen: Sequence[MeasuredDrop] = ()
+) -> str:
     """Return one piece of advice.
 
-    `driven`: the drops slow as if by the torque of a drive; `rest_seen`: the rest of their records was compared.
+    `driven`: the drops slow as if by the torque of a drive; `unseen`: drops that keep the rest from being compared.
     """
     drops = contenders[0].problem.drops
     speeds, alike = sorted(drop.speed for drop in drops), of_one_speed(drops)
@@ -45,8 +43,8 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
             f"drops from two speeds below {speeds[-1]:.0f} Hz: from one speed alone an unbalance, a bow and a runout look"
             " alike, and what only one drop shows is not proved"
         )
-    if verdict.kind is Kind.NONE and not rest_seen:
-        return REST_UNSEEN
+    if verdict.kind is Kind.NONE and unseen:
+        return _rest_asked_for(unseen, drops)
     if verdict.kind is Kind.NONE:
         return "none needed: the model follows the drops; repeat after the next assembly or a hard drop"
     if verdict.kind is Kind.UNKNOWN:
@@ -101,3 +99,13 @@ def next_test(verdict: Verdict, contenders: tuple[Contender, ...], driven: bool 
         "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
         " which parts what looks alike when falling straight down"
     )
+
+
+def _rest_asked_for(unseen: Sequence[MeasuredDrop], drops: Sequence[MeasuredDrop]) -> str:
+    """Return the advice where the rest of the records was not looked at, since some of the drops do not tell theirs."""
+    how = "with a keyphasor, recorded for half a second after the release"
+    far = "the model follows these as far as they were compared, but what acts later was not looked at"
+    if len(unseen) == len(drops):
+        return f"the same drops {how}: {far}"
+    speeds, names = " and ".join(f"{drop.speed:.0f} Hz" for drop in unseen), ", ".join(drop.name for drop in unseen)
+    return f"none yet: diagnose the drops without {names}; or drop from {speeds} again {how}: {far}"

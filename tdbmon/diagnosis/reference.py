@@ -23,6 +23,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis, diagnose
 from tdbmon.diagnosis.next_test import CHANGED
 from tdbmon.diagnosis.verdict import Kind, Verdict, outside
 from tdbmon.estimate import Estimate
+from tdbmon.identify.measured_drops import check_names
 from tdbmon.identify.parameters import entries, machine_parameters, restated_machine
 from tdbmon.machine_file import with_effects
 from tdbmon.progress import Progress
@@ -109,8 +110,9 @@ def diagnose_since(
     Raises
     ------
     InputError
-        If a record is in both, or a diagnosis is impossible.
+        If a record is in both, some name another machine and others do not, or a diagnosis is impossible.
     """
+    check_names([*reference, *records], machine)
     # by content: folders of different years often hold the same names, and one drop has many formats
     earlier = [assign(each, machine) for each in reference]
     for record in records:

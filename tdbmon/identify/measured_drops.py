@@ -12,6 +12,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.identify.drop import MeasuredDrop, measured_drop
 from tdbmon.record.assign import assign
+from tdbmon.record.quality import names_another
 from tdbmon.record.same_samples import same_samples
 
 _NEAR = 3e-3  # relative: the speeds of two exports of one drop
@@ -23,12 +24,13 @@ def measured_drops(records: Sequence[xr.Dataset], machine: Machine) -> tuple[Mea
     Raises
     ------
     InputError
-        If there is no record, one is given twice under whatever name or format, or one cannot be used; the message then says
-        what becomes of the others.
+        If there is no record, one is given twice under whatever name or format, some name another machine and others do not,
+        or one cannot be used; the message then says what becomes of the others.
     """
     if not records:
         raise InputError("no record given; give the records of one or more drops of the machine")
     _check_twice(records)
+    check_names(records, machine)
     drops = _usable(records, machine)
     _check_exports(drops, records, machine)
     names = [drop.name for drop in drops]
@@ -46,7 +48,7 @@ def _usable(records: Sequence[xr.Dataset], machine: Machine) -> list[MeasuredDro
         try:
             drops.append(measured_drop(record, machine))
         except InputError as wrong:
-            refused.append((str(record.attrs.get("source_file", "record")), wrong))
+            refused.append((_name(record), wrong))
     if not refused:
         return drops
     more = [name for name, _ in refused[1:]]
@@ -54,6 +56,22 @@ def _usable(records: Sequence[xr.Dataset], machine: Machine) -> list[MeasuredDro
     others = "drop" if len(drops) == 1 else f"{len(drops)} drops"
     rest = f"; leave {'them' if more else 'it'} out to use the other {others}" if drops else ""
     raise InputError(f"{refused[0][1]}{also}{rest}")
+
+
+def check_names(records: Sequence[xr.Dataset], machine: Machine) -> None:
+    """Refuse records of two machines by what they name; where all name another one, the name in the file may be wrong."""
+    foreign = [(_name(record), said) for record in records if (said := names_another(record, machine))]
+    others = len(records) - len(foreign)
+    if not foreign or not others:
+        return
+    (first, said), *more = foreign
+    also = f"; so {'are' if len(more) > 1 else 'is'} {', '.join(name for name, _ in more)}" if more else ""
+    rest = "record" if others == 1 else f"{others} records"
+    raise InputError(f"{first}: {said}{also}; leave {'them' if more else 'it'} out to use the other {rest}")
+
+
+def _name(record: xr.Dataset) -> str:
+    return str(record.attrs.get("source_file", "record"))
 
 
 def _check_twice(records: Sequence[xr.Dataset]) -> None:

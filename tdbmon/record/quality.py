@@ -65,7 +65,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
     if stated := ds.attrs.get("drop_time_unread"):
         found.append(Check("date", "", False, unread_date(str(stated))))
-    found += _machine(str(ds.attrs.get("machine", "")), machine.name)
+    found += _machine(ds, machine)
     found += [_missing(name, ds, machine) for name in ds.attrs.get("missing", ())]
     probes = [probe for probe in machine.probes if probe.name in ds]
     found += [_sampling(ds, str(dimension), {probe.name for probe in probes}) for dimension in ds.sizes]
@@ -200,17 +200,23 @@ def same_name(one: str, other: str) -> bool:
     return "".join(one.split()).casefold() == "".join(other.split()).casefold()
 
 
-def _machine(stated: str, name: str) -> list[Check]:
-    """Hold the machine that the record names, if it does, against the machine file's."""
-    if not stated:
-        return []
-    if same_name(stated, name):
-        return [Check("machine", "", True, "the record names this machine")]
-    detail = (
-        f"the record says that it is of '{stated}', the machine file is of '{name}': take the machine file of that"
+def names_another(ds: xr.Dataset, machine: Machine) -> str:
+    """Say so where a record names another machine than the file does; "" where it does not."""
+    stated = str(ds.attrs.get("machine", ""))
+    if not stated or same_name(stated, machine.name):
+        return ""
+    return (
+        f"the record says that it is of '{stated}', the machine file is of '{machine.name}': take the machine file of that"
         " machine, or, if both are one, give the machine file the name that its records bear"
     )
-    return [Check("machine", "", False, detail)]
+
+
+def _machine(ds: xr.Dataset, machine: Machine) -> list[Check]:
+    """Hold the machine that the record names, if it does, against the machine file's."""
+    if not ds.attrs.get("machine"):
+        return []
+    another = names_another(ds, machine)
+    return [Check("machine", "", not another, another or "the record names this machine")]
 
 
 def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:

@@ -30,7 +30,18 @@ def test_a_rest_of_the_record_that_was_not_looked_at_is_asked_for(competed):
     """The next test was "none needed", beside a remark that late causes are not excluded."""
     nothing = Verdict(Kind.NONE, (), (), "")
     assert next_test(nothing, tuple(competed)).startswith("none needed")
-    assert "with a keyphasor, recorded for half a second" in next_test(nothing, tuple(competed), rest_seen=False)
+    drops = competed[0].problem.drops
+    asked = next_test(nothing, tuple(competed), unseen=drops)
+    assert asked.startswith("the same drops with a keyphasor, recorded for half a second")
+
+
+def test_the_other_drops_are_not_asked_for_again_where_one_record_ends_early(competed):
+    """Three drops with a keyphasor, half a second long, were to be done again with both for a fourth of 30 ms."""
+    nothing, last = Verdict(Kind.NONE, (), (), ""), competed[0].problem.drops[-1]
+    asked = next_test(nothing, tuple(competed), unseen=[last])
+    assert asked.startswith(
+        f"none yet: diagnose the drops without {last.name}; or drop from 150 Hz again with a keyphasor"
+    )
 
 
 def test_no_speed_above_the_fastest_is_asked_for(competed):
