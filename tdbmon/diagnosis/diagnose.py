@@ -16,7 +16,7 @@ from tdbmon.diagnosis.held_out import LEAST_DROPS, HeldOut, proof_of
 from tdbmon.diagnosis.late_cause import LateCause, departs, explains_the_rest, with_late_causes
 from tdbmon.diagnosis.late_record import LateRecord, acts_later, departure_of, late_records, rest_lacks, untold
 from tdbmon.diagnosis.moved_mark import moved_mark
-from tdbmon.diagnosis.next_test import DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
+from tdbmon.diagnosis.next_test import APART, DRIFT, ONE_MARK, PUT_RIGHT, next_test, of_one_speed
 from tdbmon.diagnosis.sizes import Sizes, sizes_of
 from tdbmon.diagnosis.slowing_cause import Slowed, with_slowing
 from tdbmon.diagnosis.slows_otherwise import SlowsOtherwise, slowing_beside
@@ -30,7 +30,7 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.one_machine import check_one_machine
+from tdbmon.identify.one_machine import mixed_drops
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
@@ -124,8 +124,8 @@ def diagnose(
     Raises
     ------
     InputError
-        If there is no record, one cannot be used, some cannot be of one machine in one condition, or the machine file does not
-        fit: then the plain model cannot even follow the fall before the first contact, or not be simulated.
+        If there is no record, one cannot be used, or the machine file does not fit: then the plain model cannot even
+        follow the fall before the first contact, or not be simulated.
     """
     began = time.monotonic()
     machine, left_out = standing_in_all_drops(machine)
@@ -212,7 +212,8 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
         return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
-    check_one_machine(problem)
+    if mixed := mixed_drops(problem):
+        return _Obstacle(mixed, APART)
     doubt = machine_doubt(problem)
     return _Obstacle(doubt.why, PUT_RIGHT, doubt.wanted) if doubt is not None else None
 

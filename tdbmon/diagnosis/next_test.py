@@ -18,6 +18,10 @@ DRIFT = (
     "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
     " at, or of the machine"
 )
+APART = (
+    "none yet: diagnose both sets of drops apart, each with the file of its machine; or, if it is one machine that has changed,"
+    " the later ones with the earlier ones as --reference"
+)
 CHANGED = "none needed to tell it: look at what has changed, or state it in the machine file if it was meant"
 DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
 _ALIKE = 1.1  # ratio of the greatest to the least speed below which all drops count as from one speed

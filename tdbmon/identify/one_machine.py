@@ -11,7 +11,6 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from tdbsim.errors import InputError
 
 from tdbmon.identify.first_fits import SLOPES
 from tdbmon.identify.least_squares import fit_or_none
@@ -24,17 +23,18 @@ from tdbmon.identify.robust import FLOOR, huber
 _FAR_MORE = 10.0
 
 
-def check_one_machine(problem: Problem) -> None:
-    """Raise InputError where some drops, each by itself, leave far more than the others up to the first contact."""
+def mixed_drops(problem: Problem) -> str | None:
+    """Say which drops, each by itself, leave far more than the others up to the first contact; None where they go together."""
     count = len(problem.drops)
     if count < 2:
-        return
+        return None
     left = problem.crew.apart(_left, [(only(problem, [drop]),) for drop in range(count)])
     for k, instant in enumerate((problem.stages.fall, problem.stages.met)):
         at = [of_drop[k] for of_drop in left]
         odd = _far_more(at)
         if odd:
-            raise InputError(_said(problem, at, odd, instant))
+            return _said(problem, at, odd, instant)
+    return None
 
 
 def _left(alone: Problem) -> tuple[float, float]:
@@ -70,9 +70,8 @@ def _said(problem: Problem, left: Sequence[float], odd: Sequence[int], instant: 
     return (
         f"{_names(problem, odd)} {'do' if many else 'does'} not go with {_names(problem, others)}: each fitted by itself, the"
         f" plain model leaves {beyond} in the first {instant * 1e3:g} ms of the former{' at least' if many else ''}, and"
-        f" {most:.2g} times of the latter{' at most' if len(others) > 1 else ''}: another machine, one that has changed between"
-        f" the drops, or probes connected otherwise. Diagnose both sets apart, the former with the file of"
-        f" {'their' if many else 'its'} machine, or, if it has changed, with the latter as reference"
+        f" {most:.2g} times of the latter{' at most' if len(others) > 1 else ''}: they are of another machine, or it or its"
+        " cables changed between the drops"
     )
 
 
