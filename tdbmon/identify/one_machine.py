@@ -19,7 +19,7 @@ from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import FLOOR, huber
 
-# times what others leave: drops of other machines left 6 to 450 times as much, those with an effect in common 2.2 at most
+# times what others leave: drops of other machines left 6 to 450 times as much, those with an effect in common 2.9 at most
 _FAR_MORE = 10.0
 
 
