@@ -72,7 +72,7 @@ class Candidate:
         return self.fit.bic - (_PREFERENCE if self.name == "exponential" else 0.0)
 
 
-def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None) -> Coast | None:
+def find_stretch(coast: Coast, release: float, stop: float) -> Coast | None:
     """Return the spans that follow one law.
 
     Starts with spans long after the release and faster than a twentieth of the speed at release, and adds stretches on both
@@ -85,8 +85,6 @@ def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None)
         From the release on.
     release, stop : float
         Release, and end of rotation (or of the record), s.
-    noise : Noise or None
-        Where it is known; estimated otherwise.
 
     Returns
     -------
@@ -102,7 +100,7 @@ def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None)
         if not lefts:
             return None
         inner = coast.between(lefts[0], rights[0])
-    stretch = _Stretch(inner, noise)
+    stretch = _Stretch(inner)
     begins, ends = [float(inner.begin[0])], [float(inner.end[-1])]
     spoilt_left = spoilt_right = False
     for left in lefts[1:]:
@@ -154,7 +152,7 @@ def _slower(coast: Coast, stop: float) -> list[float]:
 class _Stretch:
     """A stretch that grows for as long as one flexible law fits it."""
 
-    def __init__(self, coast: Coast, noise: Noise | None) -> None:
+    def __init__(self, coast: Coast, noise: Noise | None = None) -> None:
         self.coast = coast
         fallen = 1 - coast.mean[-1] / coast.mean[0]
         self.terms = MODELS["constant + exponential + quadratic"] if fallen > 0.2 else MODELS["exponential + quadratic"]
@@ -215,7 +213,7 @@ def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate
     stretch : Coast
         From `find_stretch`.
     noise : Noise
-        From `noise_in`, or known.
+        From `noise_in`.
 
     Returns
     -------
