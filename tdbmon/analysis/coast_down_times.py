@@ -9,7 +9,7 @@ possible.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit
@@ -111,7 +111,7 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
         stop = min(max(at + int(under[0]) if under.size else len(smooth), at + _EACH_SIDE), len(smooth))
         if stop - first < _FEWEST:
             return None
-        near = replace(after, begin=after.begin[first:stop], end=after.end[first:stop], mean=after.mean[first:stop])
+        near = after.at(slice(first, stop))
         middle = float(after.middle[at])
         scale = float(np.abs(near.middle - middle).max())
         design = np.vander((near.middle - middle) / scale, 3)

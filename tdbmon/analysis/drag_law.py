@@ -146,10 +146,20 @@ class Coast:
         """Middle of the spans, s."""
         return 0.5 * (self.begin + self.end)
 
+    def at(self, some: np.ndarray | slice) -> Coast:
+        """Return some of the spans."""
+        return replace(self, begin=self.begin[some], end=self.end[some], mean=self.mean[some])
+
     def between(self, low: float, high: float) -> Coast:
         """Spans that lie wholly between two times."""
-        inside = (self.begin >= low - 1e-9) & (self.end <= high + 1e-9)
-        return replace(self, begin=self.begin[inside], end=self.end[inside], mean=self.mean[inside])
+        return self.at((self.begin >= low - 1e-9) & (self.end <= high + 1e-9))
+
+    def grouped(self, size: int) -> Coast:
+        """Return the means over so many successive spans each; what is left over at the end is left out."""
+        whole = len(self) // size * size
+        first, last = slice(0, whole, size), slice(size - 1, whole, size)
+        mean = self.mean[:whole].reshape(-1, size).mean(axis=1)
+        return replace(self, begin=self.begin[first], end=self.end[last], mean=mean)
 
     def __len__(self) -> int:
         return len(self.mean)

@@ -141,11 +141,9 @@ def find_last_stretch(coast: Coast, noise: Noise | None) -> Coast:
 
 def _slower(coast: Coast, stop: float) -> list[float]:
     """Times at which the speed falls below shares of the first, up to the end of rotation."""
-    size = max(len(coast) // 200, 1)
-    parts = len(coast) // size
-    mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1)
-    end = coast.end[size - 1 : parts * size : size]
-    times = [float(end[np.argmax(mean < share * mean[0])]) for share in _SLOWER if np.any(mean < share * mean[0])]
+    parts = coast.grouped(max(len(coast) // 200, 1))
+    slower = [parts.mean < share * parts.mean[0] for share in _SLOWER]
+    times = [float(parts.end[np.argmax(each)]) for each in slower if each.any()]
     return [*(t for t in times if t < stop), stop]
 
 
