@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from tdbsim.rotor import static_loads
 
-from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.analysis.levitation import unknown
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
@@ -164,28 +163,25 @@ def _coast_down(analysis: Analysis) -> dict[str, Any]:
 
 
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
-    um, gap = "um", end.gap
-    missing = Estimate.missing(um, end.unsettled)
-    first: FirstContact | None = end.contacts.first if end.contacts else None
-    untouched = end.no_contact
+    circle, first = end.circle, end.first
     return {
         "plane": end.plane,
         "static_load_n": end.load,
         "fell": analysis.falls and not end.held if end.seen else None,
-        "gap_lower_um": (gap.lower if gap else missing).to_json(),
-        "gap_upper_um": (gap.upper if gap else missing).to_json(),
-        "gap_centre_um": [(gap.centre[i] if gap else missing).to_json() for i in range(2)],
-        "gap_radius_um": (gap.radius if gap else missing).to_json(),
-        "gap_from_arc_um": (gap.from_arc if gap else missing).to_json(),
+        "gap_lower_um": circle.lower.to_json(),
+        "gap_upper_um": circle.upper.to_json(),
+        "gap_centre_um": [each.to_json() for each in circle.centre],
+        "gap_radius_um": circle.radius.to_json(),
+        "gap_from_arc_um": circle.from_arc.to_json(),
         "gap_from_swing_um": end.gap_from_swing.to_json(),
         "air_gap_um": end.air_gap.to_json(),
-        "gap_oval_um": (gap.oval if gap else missing).to_json(),
+        "gap_oval_um": circle.oval.to_json(),
         "swing_hz": analysis.swings[0].to_json(),
-        "first_contact_s": (first.touch if first else Estimate.missing("s", untouched)).to_json(),
-        "first_contact_duration_s": (first.duration if first else Estimate.missing("s", untouched)).to_json(),
-        "rebound_um": (first.rebound if first else Estimate.missing(um, untouched)).to_json(),
-        **_contacts(end.contacts.count if end.contacts else Estimate.missing("1", untouched)),
-        "restitution": (first.restitution if first else Estimate.missing("1", untouched)).to_json(),
+        "first_contact_s": first.touch.to_json(),
+        "first_contact_duration_s": first.duration.to_json(),
+        "rebound_um": first.rebound.to_json(),
+        **_contacts(end.contact_count),
+        "restitution": first.restitution.to_json(),
         "stiffness_n_per_m": end.stiffness.to_json(),
         "support": {
             "mass_kg": Estimate.missing("kg", _NO_MODEL).to_json(),

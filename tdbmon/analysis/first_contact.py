@@ -46,6 +46,12 @@ class FirstContact:
     restitution: Estimate
     direction: float
 
+    @classmethod
+    def missing(cls, why: str) -> FirstContact:
+        """Return that nothing of a first contact is known, for the reason `why`."""
+        s, um, ratio = (Estimate.missing(unit, why) for unit in ("s", "um", "1"))
+        return cls(touch=s, duration=s, static_in=s, static_out=s, rebound=um, restitution=ratio, direction=np.nan)
+
 
 def first_contact(
     t: np.ndarray,

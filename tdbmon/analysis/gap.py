@@ -88,6 +88,22 @@ class Gap:
     points: np.ndarray
     alone: float = 0.0
 
+    @classmethod
+    def missing(cls, why: str) -> Gap:
+        """Return that nothing of a circle is known, for the reason `why`."""
+        um = Estimate.missing("um", why)
+        return cls(
+            lower=um,
+            upper=um,
+            centre=(um, um),
+            radius=um,
+            from_arc=um,
+            agrees=None,
+            oval=um,
+            settled_from=np.inf,
+            points=np.empty((0, 2)),
+        )
+
     def away(self, place: Sequence[float] | np.ndarray, method: str, kind: str = "") -> Estimate:
         """Return how far a place (x, y), m, lies from the centre; its error is the centre's along that way."""
         if any(c.value is None or c.high is None for c in self.centre):
