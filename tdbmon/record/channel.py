@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -148,6 +149,17 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     return record
 
 
+def named_apart(channels: Sequence[Channel]) -> tuple[Channel, ...]:
+    """Return channels whose group stands before a name that occurs more than once."""
+    count = Counter(channel.name for channel in channels)
+    return tuple(
+        replace(channel, name=f"{channel.group}/{channel.name}")
+        if channel.group and count[channel.name] > 1
+        else channel
+        for channel in channels
+    )
+
+
 def si_unit(unit: str) -> tuple[str, float]:
     """Return a channel's unit in SI and the factor to it; the text itself and 1 where it is not known or not stated."""
     text = unit.strip()
@@ -187,10 +199,8 @@ def _in_seconds(channels: list[Channel]) -> list[Channel]:
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     units, factor = si_unit(channel.unit)
-    scale, offset = (
-        channel.scale * factor,
-        channel.offset * factor,
-    )  # once, so that a packed record is written back exactly
+    # once, so that a packed record is written back exactly
+    scale, offset = channel.scale * factor, channel.offset * factor
     values = np.asarray(channel.values)
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tdbmon.record.channel import Channel, Content
+from tdbmon.record.channel import Channel, Content, named_apart
 from tdbmon.record.format import library
 from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import is_time_name, time_factor
@@ -116,27 +115,23 @@ def _series(group: Any) -> list[_Series]:
 def _waveforms(
     groups: list[tuple[str, dict[str, Any], list[_Series]]], first: np.datetime64 | None
 ) -> tuple[Channel, ...]:
-    count = Counter(entry.name for _, _, series in groups for entry in series if entry.interval > 0)
-    channels = []
-    for group, _, series in groups:
-        for entry in series:
-            if entry.interval <= 0:
-                continue
-            name = entry.name if count[entry.name] == 1 else f"{group}/{entry.name}"
-            start = _late(entry, first) + entry.offset
-            channels.append(
-                Channel(
-                    name,
-                    entry.values,
-                    entry.unit,
-                    start=start,
-                    interval=entry.interval,
-                    long_name=entry.description,
-                    group=group,
-                    fault=entry.fault,
-                )
+    return named_apart(
+        [
+            Channel(
+                entry.name,
+                entry.values,
+                entry.unit,
+                start=_late(entry, first) + entry.offset,
+                interval=entry.interval,
+                long_name=entry.description,
+                group=group,
+                fault=entry.fault,
             )
-    return tuple(channels)
+            for group, _, series in groups
+            for entry in series
+            if entry.interval > 0
+        ]
+    )
 
 
 def _late(entry: _Series, first: np.datetime64 | None) -> float:
