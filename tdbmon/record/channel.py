@@ -126,27 +126,24 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     data: dict[str, xr.DataArray] = {}
     for channel in channels:
         data[_variable_name(channel.name)] = _variable(channel, bases.dimension_of(channel))
-    record = xr.Dataset(data, coords=bases.coordinates())
-    record.attrs = {
+    dropped = iso_date(content.drop_time)
+    always: dict[str, Any] = {
         "source_file": path.name,
         "sha256": sha256_of(path),
         "reader": reader,
         "title": content.title,
-        "drop_time": iso_date(content.drop_time),
+        "drop_time": dropped,
     }
-    if content.drop_time and not record.attrs["drop_time"]:
-        record.attrs["drop_time_unread"] = content.drop_time
-    if record.attrs["drop_time"] and content.drop_time_from:
-        record.attrs["drop_time_from"] = content.drop_time_from
-    if content.incomplete:
-        record.attrs["incomplete"] = content.incomplete
-    if content.machine:
-        record.attrs["machine"] = content.machine
-    if left_out:
-        record.attrs["left_out"] = left_out
-    if content.beside:
-        record.attrs["beside"] = dict(content.beside)
-    return record
+    where_told = {
+        "drop_time_unread": "" if dropped else content.drop_time,
+        "drop_time_from": content.drop_time_from if dropped else "",
+        "incomplete": content.incomplete,
+        "machine": content.machine,
+        "left_out": left_out,
+        "beside": dict(content.beside),
+    }
+    attributes = always | {name: value for name, value in where_told.items() if value}
+    return xr.Dataset(data, coords=bases.coordinates(), attrs=attributes)
 
 
 def named_apart(channels: Sequence[Channel]) -> tuple[Channel, ...]:
