@@ -48,7 +48,7 @@ from tdbmon.record.held_end import held_check, held_ends, paths_of, said_held
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
-from tdbmon.record.quality import check, left_out, repair_gaps
+from tdbmon.record.quality import LeftOut, check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import check_slow_roll
@@ -90,7 +90,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     checks += [*jumps, *check_slow_roll(record, machine)]
     record = _bridged(without_lost_samples(with_skipped_samples(record), machine), machine)
     laid = _Laid(record, machine, build_rotor(machine), Rotation.of(record, machine), over_pulses)
-    unused = left_out(record, machine, tuple(checks))
+    unused = left_out(record, machine, checks)
     planes = _planes(laid, unused, checks)
     if planes is None:
         return _speed_only(laid, checks)
@@ -120,7 +120,7 @@ class _Laid:
     over_pulses: float
 
 
-def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.Dataset | None:
+def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Dataset | None:
     """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
     fit = [probe.name for probe in laid.machine.probes if probe.name not in unused]
     try:
@@ -137,7 +137,7 @@ def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.D
 
 
 def _drop(
-    laid: _Laid, planes: xr.Dataset, unused: Mapping[str, str], checks: list[Check], progress: Progress
+    laid: _Laid, planes: xr.Dataset, unused: Mapping[str, LeftOut], checks: list[Check], progress: Progress
 ) -> Analysis:
     """Return what a drop tells; `unused` says which probes are left out, and why."""
     record, machine, rotor, rotation = laid.record, laid.machine, laid.rotor, laid.rotation

@@ -25,6 +25,7 @@ from tdbmon.quantity import percent, printed
 from tdbmon.record.finding import Check, um
 from tdbmon.record.held_end import ends_in_fall
 from tdbmon.record.misread import FEW
+from tdbmon.record.quality import LeftOut
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
 _AT_ONCE_S = 0.01  # no time to rest
@@ -46,7 +47,7 @@ def analyse_ends(
     checks: list[Check],
     whirl: Mapping[str, Whirl],
     misread: Mapping[str, str],
-    unused: Mapping[str, str],
+    unused: Mapping[str, LeftOut],
     held: Mapping[str, str],
     unscaled: str = "",
 ) -> tuple[dict[str, EndResult], Swing | None]:
@@ -195,7 +196,7 @@ def _no_circle(
     return found
 
 
-def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
+def _unseen(machine: Machine, end: str, unused: Mapping[str, LeftOut]) -> str:
     """Say why an end has no orbit."""
     why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
     return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"

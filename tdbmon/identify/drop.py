@@ -30,7 +30,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.held_end import never_touches
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-from tdbmon.record.quality import check, left_out, repair_gaps
+from tdbmon.record.quality import LeftOut, check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import without_slow_roll
@@ -295,12 +295,12 @@ def _told(found: Release | None, name: str) -> tuple[Release, float]:
 
 
 def _of_probes(
-    machine: Machine, probes: Sequence[Probe], unused: Mapping[str, str], lost: Mapping[str, int]
+    machine: Machine, probes: Sequence[Probe], unused: Mapping[str, LeftOut], lost: Mapping[str, int]
 ) -> list[str]:
     """Say which probes of a machine take no part, and of which others samples are missing."""
     said = [
         f"calibrated without probe '{p.name}'"
-        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # checks have no table here
+        + (f", which {unused[p.name].why}" if p.name in unused else "")  # checks have no table here
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes

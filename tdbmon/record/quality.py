@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 from tdbsim.errors import did_you_mean
@@ -127,26 +130,32 @@ def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[st
     return found
 
 
-def left_out(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> dict[str, str]:
-    """Return the probes that are not fit for analysis, and why, as words to follow the name.
+class LeftOut(NamedTuple):
+    """Why a probe is not fit for analysis, in words to follow its name, and the check that tells more; "" for none."""
+
+    why: str
+    see: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.why} (see {self.see})" if self.see else self.why
+
+
+def left_out(ds: xr.Dataset, machine: Machine, checks: Iterable[Check]) -> dict[str, LeftOut]:
+    """Return the probes that are not fit for analysis, and why.
 
     Those are probes that are missing, dead, identical with another one (one of the two is not what its name says), a
     factor of ten or more off the gap, without a value in half of their samples or more, or on another time base than
     the one that shows most.
     """
-    out = {name: "is not in the record (see present)" for name in _absent(ds, machine)}
+    out = {p.name: LeftOut("is not in the record", "present") for p in machine.probes if p.name not in ds}
     for entry in checks:
         if not entry.passed and entry.check in _UNFIT:
-            out[entry.channel] = f"{_UNFIT[entry.check]} (see {entry.check})"
+            out[entry.channel] = LeftOut(_UNFIT[entry.check], entry.check)
     kept = [probe.name for probe in machine.probes if probe.name not in out]
-    out |= {name: why for name in kept if (why := _mostly_missing(ds[name]))}
+    out |= {name: LeftOut(why) for name in kept if (why := _mostly_missing(ds[name]))}
     kept = [name for name in kept if name not in out]
     on_one = best_time_base(ds, machine, kept)
-    return out | {name: "is on another time base (see time base)" for name in kept if name not in on_one}
-
-
-def _absent(ds: xr.Dataset, machine: Machine) -> list[str]:
-    return [probe.name for probe in machine.probes if probe.name not in ds]
+    return out | {name: LeftOut("is on another time base", "time base") for name in kept if name not in on_one}
 
 
 def _mostly_missing(array: xr.DataArray) -> str:
