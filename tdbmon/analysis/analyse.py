@@ -18,7 +18,7 @@ from tdbmon.analysis.bent_line import LevitatedMiss, levitated_misses
 from tdbmon.analysis.braked import beyond_contacts
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
-from tdbmon.analysis.exchanged_probes import check_exchanged
+from tdbmon.analysis.exchanged_probes import exchanged_probes
 from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.let_go_alone import let_go_alone
@@ -156,7 +156,8 @@ def _drop(
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
     drawn = _drawn_whirl(planes, machine, released)
     checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
-    checks += check_exchanged(planes, *sound, released)
+    crossed = exchanged_probes(planes, *sound, released)
+    checks += [] if crossed is None else [crossed.check]
     ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, held, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)

@@ -15,7 +15,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.exchanged_probes import check_exchanged
+from tdbmon.analysis.exchanged_probes import ExchangedProbes, exchanged_probes
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
@@ -221,8 +221,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     )
     _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
-    crossed = check_exchanged(planes, seen, upright, release)
-    failed += crossed
+    crossed = exchanged_probes(planes, seen, upright, release)
+    failed += [] if crossed is None else [crossed.check]
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     places = [f"{name}: probe '{p.name}'" for p in probes]
@@ -261,7 +261,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         ),
         foreign=next((f"{name}: {each.detail}" for each in failed if each.check == "machine"), ""),
         whirls_backward=tuple(each.channel for each in failed if each.check == "whirl"),
-        crossed=tuple(pair for each in crossed for pair in _crossed(each, probes)),
+        crossed=_told_by(crossed, probes),
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
@@ -275,11 +275,10 @@ def _of_wrong_scales(found: Release, machine: Machine) -> tuple[list[Check], lis
     return free_fall, [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
 
 
-def _crossed(found: Check, probes: Sequence[Probe]) -> list[tuple[str, str]]:
-    """Return the pair of probes that a check of circles names, and the one of the others, which looks the same."""
-    named = found.channel.split(", ")
-    others = [probe.name for probe in probes if probe.name not in named]
-    return [(pair[0], pair[1]) for pair in (named, others) if len(pair) == 2]
+def _told_by(found: ExchangedProbes | None, probes: Sequence[Probe]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of probes that look exchanged, of those that take part."""
+    names = {probe.name for probe in probes}
+    return () if found is None else tuple(pair for pair in found.pairs if names.issuperset(pair))
 
 
 def _told(found: Release | None, name: str) -> tuple[Release, float]:
