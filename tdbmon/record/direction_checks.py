@@ -10,6 +10,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
 from tdbmon.record.held_end import Path, held_ends, middle
+from tdbmon.record.samples import times_of
 
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
 STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
@@ -33,7 +34,7 @@ def _motion_at(ds: xr.Dataset, machine: Machine, end: str) -> Path | None:
         axes = np.array([[np.cos(p.angle), np.sin(p.angle)] for p in (one, other)])
         readings = np.stack((ds[one.name].values, ds[other.name].values))
         x, y = np.linalg.solve(axes, np.where(np.isfinite(readings), readings, np.nan))
-        return ds[ds[one.name].dims[0]].values, x + 1j * y
+        return times_of(ds[one.name]), x + 1j * y
     return None
 
 

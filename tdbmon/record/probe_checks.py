@@ -14,6 +14,7 @@ from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
 from tdbmon.record.misread import limits
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import Runs, runs_of
 
@@ -37,7 +38,7 @@ _FACTORS = {
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     """Check a probe by itself: missing samples, motion, unit, clipping, dropouts, range and jumps, as far as it shows them."""
     name, array = probe.name, ds[probe.name]
-    time, signal = ds[array.dims[0]].values, faults.prepare(array.values)
+    time, signal = times_of(array), faults.prepare(array.values)
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
     if finite.size < 2:
         return [Check("dead", name, False, "holds no value at all: check its cable and the logger's channel")]
@@ -83,8 +84,7 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
     """A failed check where no probe moves as in a drop; None where one does, or where no probe holds a value."""
     travel, leaves = [], False
     for probe in probes:
-        values = ds[probe.name].values
-        values = values[np.isfinite(values)]
+        _, values = known_samples(ds[probe.name])
         if values.size > 1:
             moved = float(np.ptp(values))
             travel.append((moved, machine.bearing(probe.end).radial_gap.nominal))
@@ -117,7 +117,7 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
     begun, gaps = [], [machine.bearing(probe.end).radial_gap.nominal for probe in probes]
     fall = float(np.sqrt(2 * max(gaps, default=0.0) / machine.gravity)) if machine.gravity > 0 else 0.0
     for probe, gap in zip(probes, gaps, strict=True):
-        values, time = ds[probe.name].values, ds[ds[probe.name].dims[0]].values
+        values, time = ds[probe.name].values, times_of(ds[probe.name])
         if not np.isfinite(values).any():
             continue
         last = time > time[-1] - _SOON * fall

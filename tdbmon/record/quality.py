@@ -22,6 +22,7 @@ from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import (
     dead_speed,
@@ -105,7 +106,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += fall_directions(ds, machine)
     if marks is not None:
         found.append(_keyphasor(ds, machine, marks))
-        found += broken_turn_checks(marks, ds[ds["keyphasor"].dims[0]].values)
+        found += broken_turn_checks(marks, times_of(ds["keyphasor"]))
     found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
@@ -124,8 +125,7 @@ def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[st
     found = []
     for end in held:
         names = [probe.name for probe in machine.probes_at(end) if probe.name in ds]
-        channels = [ds[name].dropna(ds[name].dims[0]) for name in names]
-        if all(turns_throughout(each[each.dims[0]].values, each.values, hz, fell, machine.mains) for each in channels):
+        if all(turns_throughout(*known_samples(ds[name]), hz, fell, machine.mains) for name in names):
             found += names
     return found
 
@@ -168,7 +168,7 @@ def _mostly_missing(array: xr.DataArray) -> str:
     last = int(there.size - np.argmax(there[::-1])) if there.any() else 0  # the first sample after the last value
     if np.mean(there[:last]) <= _LEAST or last == 0:
         return said
-    at = float(array[array.dims[0]].values[last])
+    at = float(times_of(array)[last])
     return f"{said}, none from {at:.4g} s on: cut the record at {at:.4g} s"
 
 
@@ -195,7 +195,7 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
         inside = (runs.first > 0) & (runs.first + runs.length < values.size)
         short = runs.where(inside & (runs.length <= SHORT_GAP))
         fill = short.mask(values.size)
-        time = ds[ds[name].dims[0]].values
+        time = times_of(ds[name])
         repaired = np.where(bad, np.nan, values)
         repaired[fill] = np.interp(time[fill], time[~bad], values[~bad])
         out[name] = (ds[name].dims, repaired, {**ds[name].attrs, "repaired": int(fill.sum())})
@@ -288,7 +288,7 @@ def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
     last = max((float(ds[ds[probe.name].dims[0]][-1]) for probe in probes), default=0.0)
     found = []
     for name in ("speed", "keyphasor"):
-        time = ds[ds[name].dims[0]].values if name in ds else np.array([last])
+        time = times_of(ds[name]) if name in ds else np.array([last])
         end, interval = float(time[-1]), usual_interval(time) if time.size > 1 else 0.0
         if end < _WHOLE * last and last - end > LONG * interval:
             detail = (
@@ -334,7 +334,7 @@ def _speed_signal(ds: xr.Dataset) -> list[Check]:
     signal = faults.prepare(array.values)
     still = signal.quantum == 0.0
     what = "is constant: a set-point rather than a measured speed?" if still else "changes"
-    return [missing_samples("speed", ds[array.dims[0]].values, signal), Check("dead", "speed", True, what)]
+    return [missing_samples("speed", times_of(array), signal), Check("dead", "speed", True, what)]
 
 
 def _key_signal(ds: xr.Dataset) -> list[Check]:
@@ -344,7 +344,7 @@ def _key_signal(ds: xr.Dataset) -> list[Check]:
     what = "holds one value only: check its cable and the logger's channel" if still else "changes"
     if still and stands(ds):
         still, what = False, "holds one value only, as the shaft stands"
-    return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
+    return [missing_samples("keyphasor", times_of(array), signal), Check("dead", "keyphasor", not still, what)]
 
 
 def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:

@@ -17,6 +17,7 @@ from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import STRONG, WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
 from tdbmon.record.misscaled_speed import true_speed
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.speed_spikes import without_speed_spikes
 
 STANDSTILL_HZ = 1.0  # below it a shaft stands: what a speed signal then tells is noise
@@ -68,9 +69,9 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
         left_out = _KEYED if _sound(marks) else ""
         detail = f"reads {float(np.median(values[good])):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
         return Check("speed", "speed", False, detail)
-    floor = floor_from(ds[ds["speed"].dims[0]].values, values)
+    floor = floor_from(times_of(ds["speed"]), values)
     if floor is not None:
-        at = float(ds[ds["speed"].dims[0]].values[floor])
+        at = float(times_of(ds["speed"])[floor])
         detail = f"stands at {values[floor]:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
         return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
@@ -125,8 +126,7 @@ def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None
 
 def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     """Say why a speed signal measures nothing; "" where it may measure: a rotor at a set-point has a constant speed too."""
-    values = ds["speed"].values
-    values = values[np.isfinite(values)]
+    _, values = known_samples(ds["speed"])
     if not values.size:
         return f"holds no value: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
     if marks is None or not _sound(marks):
@@ -149,8 +149,8 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
 
 def _while_counted(channel: xr.DataArray, marks: Pulses) -> float:
     """Median of a speed signal from the first pulse to the last, Hz: without what follows at rest; NaN without any."""
-    time, values = channel[channel.dims[0]].values, channel.values
-    there = (time >= marks.times[0]) & (time <= marks.times[-1]) & np.isfinite(values)
+    time, values = known_samples(channel)
+    there = (time >= marks.times[0]) & (time <= marks.times[-1])
     return float(np.median(values[there])) if there.any() else float("nan")
 
 
@@ -159,7 +159,7 @@ def stands(ds: xr.Dataset) -> bool:
     start = _signal_at_start(ds)
     if start is None:
         return False
-    values = ds["speed"].values[np.isfinite(ds["speed"].values)]
+    _, values = known_samples(ds["speed"])
     return max(abs(start), abs(float(np.median(values)))) < STANDSTILL_HZ and bool(np.ptp(values) > 0)
 
 
@@ -176,9 +176,8 @@ def _sound(marks: Pulses | None) -> bool:
 
 
 def _backward(ds: xr.Dataset) -> bool:
-    values = ds["speed"].values
-    good = np.isfinite(values)
-    return bool(good.any()) and float(np.median(values[good])) <= -STANDSTILL_HZ
+    _, values = known_samples(ds["speed"])
+    return values.size > 0 and float(np.median(values)) <= -STANDSTILL_HZ
 
 
 def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
@@ -370,11 +369,11 @@ def _late(ds: xr.Dataset, marks: Pulses | None) -> bool:
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
-    floor = floor_from(ds[ds["speed"].dims[0]].values, ds["speed"].values) if "speed" in ds else None
+    floor = floor_from(times_of(ds["speed"]), ds["speed"].values) if "speed" in ds else None
     if floor is None:
         return ds
     speed, marks = ds["speed"], pulses_if_any(ds, machine)
-    if marks is not None and np.sum(marks.times > ds[speed.dims[0]].values[floor]) > 4:
+    if marks is not None and np.sum(marks.times > times_of(speed)[floor]) > 4:
         return ds.drop_vars("speed")
     held = np.arange(speed.size) >= floor
     return ds.assign(speed=(speed.dims, np.where(held, np.nan, speed.values), speed.attrs))
@@ -428,7 +427,7 @@ def _signal_at_start(ds: xr.Dataset) -> float | None:
     if "speed" not in ds:
         return None
     speed = ds["speed"]
-    return starting_speed(ds[speed.dims[0]].values, speed.values, _START_S)
+    return starting_speed(times_of(speed), speed.values, _START_S)
 
 
 def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> float | None:
