@@ -54,57 +54,57 @@ _UNUSED_BOTH = ". Both are left out: nothing is said about the speed"
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
     """Return the speed at the start of a record, Hz, of the keyphasor or else of the speed signal."""
-    if marks is not None and marks.times.size > 4:
-        return float(np.median(speed(marks)[1][:4]))
-    return _signal_at_start(ds)
+    return float(np.median(speed(marks)[1][:4])) if marks is not None and _sound(marks) else _signal_at_start(ds)
 
 
 def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check:
-    """Check the speed signal against the keyphasor, and what they say against the line of the levitated shaft."""
-    values = ds["speed"].values
-    good = np.isfinite(values)
-    if not good.any():
-        return Check("speed", "speed", False, "holds no value: check the channel")
+    """Check a speed signal that has values against the keyphasor, and what they say against the line of the levitated shaft."""
+    _, values = known_samples(ds["speed"])
     if _backward(ds):
         left_out = _KEYED if _sound(marks) else ""
-        detail = f"reads {float(np.median(values[good])):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+        detail = (
+            f"reads {float(np.median(values)):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+        )
         return Check("speed", "speed", False, detail)
-    floor = floor_from(times_of(ds["speed"]), values)
+    floor = _floor_of(ds)
     if floor is not None:
-        at = float(times_of(ds["speed"])[floor])
-        detail = f"stands at {values[floor]:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
+        at, level = float(times_of(ds["speed"])[floor]), float(ds["speed"].values[floor])
+        detail = f"stands at {level:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
         return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
-        if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
-            detail = (
-                f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
-            )
-            return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
-        if not compared.agree:
-            left_out = "".join(refuted(ds, machine))
-            return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
-        stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
-        wrong = _miscounted(lines, stated, machine)
-        if stated is not None and wrong is not None:
-            detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
-            return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
-        late = lag(ds, marks)
-        if late is not None:
-            detail = (
-                f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
-                f" late, as from a tachometer that averages{_KEYED}"
-            )
-            return Check("speed", "speed", False, detail)
-        return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
+        return _against_the_pulses(ds, machine, marks, compared)
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
         return of_shaft
-    largest = float(np.max(np.abs(values[good])))
+    largest = float(np.max(np.abs(values)))
     if largest > _SPEED_LIMIT:
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
+
+
+def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, compared: _Ratio) -> Check:
+    """A speed signal must read what the keyphasor counts, all along, and both must be the levitated shaft's."""
+    if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
+        detail = f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
+        return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
+    if not compared.agree:
+        left_out = "".join(refuted(ds, machine))
+        return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
+    stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
+    wrong = _miscounted(lines, stated, machine)
+    if stated is not None and wrong is not None:
+        detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
+        return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
+    late = lag(ds, marks)
+    if late is not None:
+        detail = (
+            f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
+            f" late, as from a tachometer that averages{_KEYED}"
+        )
+        return Check("speed", "speed", False, detail)
+    return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
 
 
 def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check | None:
@@ -180,18 +180,21 @@ def _backward(ds: xr.Dataset) -> bool:
     return values.size > 0 and float(np.median(values)) <= -STANDSTILL_HZ
 
 
-def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
-    """Return the sample from which a speed signal stands at the lowest value that its sensor reads; None where it does not.
+def _floor_of(ds: xr.Dataset) -> int | None:
+    """Return the sample from which the speed signal stands at the lowest value that its sensor reads; None where it does not.
 
     It holds one value, no small part of its first, to the record's end, for far longer than it holds any before.
     """
+    if "speed" not in ds:
+        return None
+    values = ds["speed"].values
     signal = faults.prepare(values)
     flat = signal.flat
     if not len(flat) or flat.first[-1] + flat.length[-1] < values.size:
         return None
     first, length = int(flat.first[-1]), int(flat.length[-1])
     held = max(flat.length[:-1].tolist(), default=1)
-    level, start = float(values[first]), starting_speed(time, values, _START_S)
+    level, start = float(values[first]), _signal_at_start(ds)
     falls = start is not None and _AT_REST * start < level < _FLOOR * start
     return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
@@ -369,7 +372,7 @@ def _late(ds: xr.Dataset, marks: Pulses | None) -> bool:
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
-    floor = floor_from(times_of(ds["speed"]), ds["speed"].values) if "speed" in ds else None
+    floor = _floor_of(ds)
     if floor is None:
         return ds
     speed, marks = ds["speed"], pulses_if_any(ds, machine)
