@@ -434,9 +434,7 @@ def _whirl(
     start = float(planes.time[0]) if released is None else released
     out = dict(drawn)
     for end, result in ends.items():
-        gap = result.gap
-        if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
-            continue
-        centre = (gap.centre[0].value, gap.centre[1].value)
-        out[end] = find_whirl(planes, end, centre, gap.radius.value, machine.sense, start)
+        if result.gap is not None:
+            x, y = result.gap.place
+            out[end] = find_whirl(planes, end, (x, y), result.gap.size, machine.sense, start)
     return out

@@ -95,7 +95,6 @@ def find_contacts(
     """
     time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy().T
-    centre = np.array([gap.centre[0].value, gap.centre[1].value], float)
     radius, sigma = _value_sigma(gap.radius)
     elastic = travel.total - play
     touching = radius - elastic
@@ -105,7 +104,7 @@ def find_contacts(
     seen = after[np.isfinite(xy[after]).all(axis=1)]
     if not seen.size:
         return Contacts(None, (), 0, 0, why=f"no sample has a value from {release_s:.5g} s until the shaft has settled")
-    t, d = time[seen], xy[seen] - centre
+    t, d = time[seen], xy[seen] - gap.place
     r = np.hypot(d[:, 0], d[:, 1])
     lost = MissingStretches.between(
         np.concatenate([[release_s], t, time[after[-1:]]]), np.concatenate([r[:1], r, r[-1:]]) - touching

@@ -161,8 +161,7 @@ def unknown(why: str) -> Levitation:
 
 def _reach(z: np.ndarray, gap: Gap | None) -> Estimate:
     """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre."""
-    if gap is None or any(c.value is None for c in gap.centre):
+    if gap is None:
         return Estimate.missing("um", "the centre of the clearance is not known")
-    centre = np.array([c.value for c in gap.centre], dtype=float)
-    far = z[:, np.argmax(np.hypot(*(z - centre[:, None])))]
+    far = z[:, np.argmax(np.hypot(*(z - gap.place[:, None])))]
     return gap.away(far, "greatest distance from the clearance centre before the release", "0-pk")
