@@ -11,7 +11,7 @@ from tdbsim.rotor import static_loads
 from tdbmon.analysis.levitation import unknown
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
-from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.result import NO_SPEED, Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate
@@ -33,7 +33,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "release": {end: _state(release, end, ends[end].held) for end in analysis.machine.ends},
         "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
-        "speed": (_no_speed() if analysis.rundown is None else _speed(analysis.rundown)) | _coast_down(analysis),
+        "speed": _speed(analysis.rundown or _no_speed()) | _coast_down(analysis),
         "ends": {name: _end(end, analysis) for name, end in ends.items()},
         "lines": [
             {
@@ -122,16 +122,9 @@ def _unseen(end: str, analysis: Analysis) -> EndResult:
     return EndResult.without_contact(end, "none", load, rest_travel(bearing, load), found)
 
 
-def _no_speed() -> dict[str, Any]:
-    why = "the record holds no usable speed signal or keyphasor (see quality)"
-    return {
-        "initial_hz": Estimate.missing("Hz", why).to_json(),
-        "decay_time_s": Estimate.missing("s", why).to_json(),
-        "models": [],
-        "standstill_time_s": Estimate.missing("s", why).to_json(),
-        "drag_torque_n_m": Estimate.missing("N m", why).to_json(),
-        "lost_speed_hz": Estimate.missing("Hz", why).to_json(),
-    }
+def _no_speed() -> RunDown:
+    initial, ratio = Estimate.missing("Hz", NO_SPEED), Estimate.missing("1", NO_SPEED)
+    return RunDown.missing(NO_SPEED, initial=initial, source="", pulse_ratio=ratio)
 
 
 def _speed(rundown: RunDown) -> dict[str, Any]:

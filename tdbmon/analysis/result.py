@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from tdbmon.record.finding import Check
 
 
+NO_SPEED = "the record holds no usable speed signal or keyphasor (see quality)"
 NO_DROP = "the shaft does not fall in this record (see drop)"
 
 
@@ -226,7 +227,7 @@ class Analysis:
     def coast_down(self) -> CoastDownTimes:
         """Times from the release until the speed has fallen to a half and to a tenth."""
         if self.rundown is None:
-            return CoastDownTimes.missing("the record holds no usable speed signal or keyphasor (see quality)")
+            return CoastDownTimes.missing(NO_SPEED)
         found = self.rundown.coast_down
         return CoastDownTimes(*(since(each, self.release_time, "s") for each in (found.half, found.tenth)))
 
