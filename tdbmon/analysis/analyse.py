@@ -147,14 +147,16 @@ def _drop(
     release, released, unscaled = _release(laid, planes, reaches, checks)
     held = {} if release is None else {end: said_held(end, reach, machine) for end, reach in reaches.items()}
     checks += [held_check(end, reaches[end], machine) for end in held]
-    wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
+    start = float(time[0]) if released is None else released
+    wrong = misread(record, machine, start, checks)
     apart = apart_from_misread(planes, record, machine, wrong, checks)
     if release is not None and apart is not planes:
         release = _at_planes(release, laid, apart, reaches)
     planes = apart
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
-    drawn = _drawn_whirl(planes, machine, released)
+    # what goes right round does not rest, and tells no circle at rest
+    drawn = {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
     checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
     crossed = exchanged_probes(planes, *sound, released)
     checks += [] if crossed is None else [crossed.check]
@@ -165,7 +167,10 @@ def _drop(
             checks += check_probe_scales(release, machine)  # by how the rotor of the machine file bends
 
     progress("fitting the run-down")
-    whirl = _whirl(planes, machine, ends, released, drawn)
+    circled = {end: result.gap for end, result in ends.items() if result.gap is not None}
+    whirl = drawn | {
+        end: find_whirl(planes, end, gap.place, gap.size, machine.sense, start) for end, gap in circled.items()
+    }
     rundown = _run_down(laid, released, whirl, checks)
     before = rotation.before(released)
     levitated, misses = _levitation(laid, planes, released, before, ends, checks)
@@ -416,25 +421,3 @@ def _drifting(laid: _Laid, seen: xr.Dataset, bands: list[Band], lines: tuple[Lin
         return ()
     spectra = spectra_against_time(seen, laid.rotation.time, laid.rotation.hz)
     return drifting_swings(spectra, [str(end) for end in seen.end.values], lacking, lines)
-
-
-def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:
-    """Whirl of the ends that are seen, by the drawing: what goes right round does not rest, and tells no circle at rest."""
-    start = float(planes.time[0]) if released is None else released
-    return {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
-
-
-def _whirl(
-    planes: xr.Dataset,
-    machine: Machine,
-    ends: dict[str, EndResult],
-    released: float | None,
-    drawn: dict[str, Whirl],
-) -> dict[str, Whirl]:
-    start = float(planes.time[0]) if released is None else released
-    out = dict(drawn)
-    for end, result in ends.items():
-        if result.gap is not None:
-            x, y = result.gap.place
-            out[end] = find_whirl(planes, end, (x, y), result.gap.size, machine.sense, start)
-    return out

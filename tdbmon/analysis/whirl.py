@@ -20,6 +20,7 @@ stays hidden than a few turns take, that no whirl was found says nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,7 +143,7 @@ def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s:
 
 
 def find_whirl(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float = -np.inf
+    planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float = -np.inf
 ) -> Whirl:
     """Judge the whirl of one end.
 
@@ -151,7 +152,7 @@ def find_whirl(
     planes : Dataset
         ``displacement(end, axis, time)``, m.
     end : str
-    centre : tuple of float
+    centre : (2,) array
         Centre of the clearance, m.
     gap : float
         Radius of the clearance circle, m.
@@ -188,7 +189,7 @@ def find_whirl(
 
 
 def _polar(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float
+    planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time, radius in gaps and angle about the centre (positive with the rotation), thinned; short hidden arcs are bridged."""
     if not gap > 0:
