@@ -119,6 +119,18 @@ class _Laid:
     rotation: Rotation
     over_pulses: float
 
+    def without_orbit(self, checks: Iterable[Check], rundown: RunDown | None) -> Analysis:
+        """Return an analysis of the speed alone."""
+        return Analysis(
+            machine=self.machine,
+            rotor=self.rotor,
+            record=self.record,
+            checks=tuple(checks),
+            rundown=rundown,
+            speed_time=self.rotation.time,
+            speed_hz=self.rotation.hz,
+        )
+
 
 def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Dataset | None:
     """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
@@ -179,20 +191,14 @@ def _drop(
     seen, angle = planes.sel(end=seen_ends(planes)), rotation.angle(time, machine)
     bands = _bands(laid, swing)
     lines = _lines(laid, seen, bands)
-    return Analysis(
-        machine=machine,
-        rotor=rotor,
-        record=record,
+    return replace(
+        laid.without_orbit(checks, rundown),
         planes=planes,
-        checks=tuple(checks),
         release=None if release is None else _held_bent(release, misses, before),
         phases=_phases(time, None if unscaled else released, ends, rundown) + _again(record),
         levitation=levitated,
         ends=ends,
         swing=swing,
-        rundown=rundown,
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
         angle=angle,
         waterfall=_spectra(seen),
         lines=lines,
@@ -231,17 +237,8 @@ def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def _speed_only(laid: _Laid, checks: list[Check]) -> Analysis:
-    rotation = laid.rotation
-    rundown = _run_down(laid, None, {}, checks) if falls(checks) else rotation.without_drop()
-    return Analysis(
-        machine=laid.machine,
-        rotor=laid.rotor,
-        record=laid.record,
-        rundown=rundown,
-        checks=tuple(checks),
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
-    )
+    rundown = _run_down(laid, None, {}, checks) if falls(checks) else laid.rotation.without_drop()
+    return laid.without_orbit(checks, rundown)
 
 
 def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Analysis:
@@ -264,18 +261,12 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         end: levitation_alone(planes, end, speed_hz, machine.mains, machine.bearing(end).radial_gap.nominal)
         for end in seen
     }
-    return Analysis(
-        machine=machine,
-        rotor=laid.rotor,
-        record=laid.record,
+    return replace(
+        laid.without_orbit(checks, rotation.without_drop()),
         planes=planes,
-        checks=tuple(checks),
         phases=(Phase("levitated", float(time[0]), float(time[-1])),),
         levitation=_levitated_bent(laid, planes, speed_hz, found)[0],
         ends=ends,
-        rundown=rotation.without_drop(),
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
         angle=rotation.angle(time, machine),
         waterfall=_spectra(planes.sel(end=seen)),
         lines=_lines(laid, planes.sel(end=seen), _bands(laid, None)),
