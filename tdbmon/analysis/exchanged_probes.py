@@ -67,10 +67,10 @@ def exchanged_probes(
     as_is, _ = _off_circles(to_planes(some, machine, sorted(used)))
     if min(as_is) < _FITS * gap:
         return None
-    mended = {
-        (one, other): _off_circles(to_planes(_exchanged(some, one, other), machine, sorted(used)))
-        for one, other in product(*ends)
-    }
+    mended = {}
+    for one, other in product(*ends):
+        exchanged = some.assign({one: some[other].variable, other: some[one].variable})
+        mended[one, other] = _off_circles(to_planes(exchanged, machine, sorted(used)))
     (one, other), (off, radii) = min(mended.items(), key=lambda each: max(each[1][0]))
     near = max(off) < min(_FITS * gap, min(as_is) / _CLEARLY)
     if not near or not all(_ROUND[0] * gap < radius < _ROUND[1] * gap for radius in radii):
@@ -83,10 +83,6 @@ def exchanged_probes(
     )
     pairs = [(one, other)] + ([(others[0], others[1])] if len(others) == 2 else [])
     return ExchangedProbes(tuple(pairs), Check("cabling", f"{one}, {other}", False, detail))
-
-
-def _exchanged(record: xr.Dataset, one: str, other: str) -> xr.Dataset:
-    return record.assign({one: record[other].variable, other: record[one].variable})
 
 
 def _off_circles(planes: xr.Dataset) -> tuple[list[float], list[float]]:

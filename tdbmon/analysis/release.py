@@ -178,7 +178,9 @@ def find_release(
     clear = t < time[start] - _CLEAR_S
     turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
     orders = surface_orders(t[clear], data[:, clear], turning, mains, _SEEN_HZ * rate)
-    floor = _floor(t[clear], data[:, clear], turning, [*([mains] if mains else []), *orders])
+    hum = [mains] if mains else []
+    # without a speed a line may as well be the shaft's
+    floor = floor_line(t[clear], data[:, clear], [turning, 2 * turning, *hum, *orders]) if turning else None
     sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
     fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
     if sag is not None and turning and "weights" in planes:
@@ -217,13 +219,6 @@ def find_release(
         falls=falls,
         shares=shares,
     )
-
-
-def _floor(t: np.ndarray, levitated: np.ndarray, turning: float | None, fitted: Sequence[float]) -> float | None:
-    """Return the frequency of a line of the floor, Hz; without a speed a line may as well be the shaft's."""
-    if not turning:
-        return None
-    return floor_line(t, levitated, [turning, 2 * turning, *fitted])
 
 
 def not_told(why: str, falls: dict[str, Fall]) -> Release:
@@ -300,7 +295,8 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
     places = [(x, y) for x, y in fit.place(best.time).reshape(-1, 2).tolist()]
     out = {}
     for i, end in enumerate(ends):
-        rule = f"levitated orbit continued to the release{_where(planes, end)}"
+        where = ", at the probes" if planes.plane.sel(end=end) == "probe" else ""
+        rule = f"levitated orbit continued to the release{where}"
         (x, y), (vx, vy) = (
             [Estimate.from_sigma(v, s, unit, rule) for v, s in zip(value[order, i], sigma[order, i], strict=True)]
             for order, unit in enumerate(("um", "mm/s"))
@@ -427,7 +423,3 @@ def _misread(decay: float) -> str:
         f"a sudden release explains the fall as well as a force that decays in {decay * 1e3:.2g} ms, if the probes read up to"
         f" {percent(PROBE_SCALE)} too much or too little, as they may (check their sensitivity)"
     )
-
-
-def _where(planes: xr.Dataset, end: str) -> str:
-    return ", at the probes" if str(planes.plane.sel(end=end).item()) == "probe" else ""

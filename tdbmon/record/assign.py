@@ -117,12 +117,10 @@ def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
     group, _, bare = channel.rpartition("/")
     if group and bare in ds.data_vars and ds[bare].attrs.get("group") == group:
         return bare
-    stored = [str(name) for name, array in ds.data_vars.items() if _is_end(channel, array.attrs.get("stored", ""))]
+    stored = [
+        str(name) for name, array in ds.data_vars.items() if f"/{array.attrs.get('stored', '')}".endswith(f"/{channel}")
+    ]
     return stored[0] if len(stored) == 1 else None
-
-
-def _is_end(channel: str, path: str) -> bool:
-    return f"/{path}".endswith(f"/{channel}")
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
@@ -153,8 +151,9 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
     if units == "m":
         return array
     if _unstated(units) and probe.unit is not None:
-        array = _rescaled(array, *_stated(probe.unit))
-        return array if array.attrs["units"] == "m" else _displacement(array, probe, place)
+        if not _is_voltage(probe.unit):
+            return _rescaled(array, scale(probe.unit, "m"), 0.0, "m")
+        array, units = _rescaled(array, scale(probe.unit, "V"), 0.0, "V"), "V"
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
         if probe.sensitivity is None:
             said = (
@@ -170,12 +169,6 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
         raise _Lacks(said, place, _NO_UNIT, f'unit = "um" (or {_SENSITIVITY} for volts) with each probe')
     cure = _wrong(units, "m", f"unit = \"um\" with probe '{probe.name}'")
     raise InputError(f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {cure}")
-
-
-def _stated(unit: str) -> tuple[float, float, str]:
-    """Return factor, offset and SI unit of a channel whose unit the machine file states."""
-    si = "V" if _is_voltage(unit) else "m"
-    return scale(unit, si), 0.0, si
 
 
 def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:

@@ -237,7 +237,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
 
 def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check:
     """Check that every sample of a channel at times (n,), s, has a value."""
-    runs = faults.missing_runs(signal)
+    runs = runs_of(np.isnan(signal.values))
     if not len(runs):
         return Check("nan", name, True, "every sample has a value")
     share = runs.total / signal.values.size

@@ -361,13 +361,10 @@ def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         return ds
     marks = pulses_if_any(ds, machine)
     empty = not np.isfinite(ds["speed"].values).any()
-    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or _late(ds, marks))
-    return ds.drop_vars("speed") if empty or unfit else ds
-
-
-def _late(ds: xr.Dataset, marks: Pulses | None) -> bool:
     compared = _over_pulses(ds, marks)
-    return compared is not None and compared.agree and lag(ds, marks) is not None
+    late = compared is not None and compared.agree and lag(ds, marks) is not None
+    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or late)
+    return ds.drop_vars("speed") if empty or unfit else ds
 
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
