@@ -46,18 +46,11 @@ class TDMS:
         if not channels:
             channels = channels_of(Branch("", (), entries, others), path)
         else:  # beside waveforms, a group without a time channel is a table of results
-            timed = [any(is_time_name(leaf.name) for leaf in branch.leaves) for branch in others]
-            tables = tuple(branch for branch, has_time in zip(others, timed, strict=True) if has_time)
-            channels += channels_of(Branch("", (), entries, tables), path)
-            channels += tuple(
-                Channel(
-                    leaf.name,
-                    np.empty(0),
-                    fault="it has no sampling interval (wf_increment), its group no time channel",
-                )
-                for branch, has_time in zip(others, timed, strict=True)
-                for leaf in (() if has_time else branch.leaves)
-            )
+            timed = tuple(branch for branch in others if _is_timed(branch))
+            channels += channels_of(Branch("", (), entries, timed), path)
+            fault = "it has no sampling interval (wf_increment), its group no time channel"
+            untimed = (leaf for branch in others if not _is_timed(branch) for leaf in branch.leaves)
+            channels += tuple(Channel(leaf.name, np.empty(0), fault=fault) for leaf in untimed)
         channels += tuple(Channel(channel.name, np.empty(0), fault="it holds no sample") for channel in empty)
         return Content(
             channels,
@@ -65,6 +58,10 @@ class TDMS:
             drop_time=f"{np.datetime_as_string(min(dated), unit='ms')}Z" if dated else stated_date(entries),
             incomplete="the logger was cut off while it wrote the last segment" if cut else "",
         )
+
+
+def _is_timed(branch: Branch) -> bool:
+    return any(is_time_name(leaf.name) for leaf in branch.leaves)
 
 
 @dataclass(frozen=True)
