@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content, si_unit
@@ -121,8 +122,6 @@ class _Column:
 
 def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | None]:
     """Return the columns; None for one without a name and values."""
-    import pandas as pd
-
     below = enumerate(lines[layout.first :], start=layout.first + 1)
     body = {number: line for number, line in below if line.strip() and not COMMENT.match(line)}
     width = len(layout.header.names)
@@ -151,8 +150,6 @@ def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path)
         return _clocks(texts, name, path)
     if DATE.fullmatch(texts.iloc[0]):
         return None  # the day beside a clock column
-    import pandas as pd
-
     values = pd.to_numeric(plain(texts, layout.decimal), errors="coerce")
     wrong = np.flatnonzero(values.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
@@ -165,8 +162,6 @@ def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path)
 
 
 def _moments(texts: Any, name: str, path: Path) -> _Column:
-    import pandas as pd
-
     texts = texts.str.replace(",", ".")
     try:
         if texts.iloc[0][:4].isdigit():
@@ -188,8 +183,6 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
 
 def _dated(texts: Any, order: str) -> Any:
     """Return moments of one form; a guess at each one alone takes twenty times as long."""
-    import pandas as pd
-
     sign = texts.iloc[0].lstrip("0123456789")[0]
     day, clock = sign.join(f"%{each}" for each in order), "%H:%M:%S{}"
     if HALF_OF_DAY.search(texts.iloc[0]):
@@ -208,8 +201,6 @@ def _dated(texts: Any, order: str) -> Any:
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:
-    import pandas as pd
-
     clocks = texts.str.replace(",", ".")
     halves = HALF_OF_DAY.search(clocks.iloc[0]) is not None
     bare = clocks.str.replace(HALF_OF_DAY, "", regex=True) if halves else clocks

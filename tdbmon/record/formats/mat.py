@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from tdbsim.errors import InputError
 
@@ -94,8 +95,6 @@ def _cell_text(cell: Any) -> str:
 
 
 def _version_73(path: Path, objects: dict[str, str]) -> Branch:
-    import h5py
-
     with h5py.File(path, "r") as file:
         return _group_73(file, file, "", objects)
 
