@@ -168,8 +168,7 @@ def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, r
             if times.size:
                 bounds += [times[int(0.025 * times.size)], times[int(0.975 * times.size)]]
     law = laws[0].law
-    row = np.array([[law.speed, law.linear, law.constant, law.quadratic]])
-    when = law.start + float(slowing_time(row, wanted)[0])
+    when = law.slowed_to(wanted)
     low, high = min([when, *bounds]), max([when, *bounds])
     if not high <= last + FARTHEST * (last - release):
         why = f"the record ends at {last:.3g} s, too early to say when the speed has fallen to {percent(share)}"

@@ -68,8 +68,12 @@ class DragLaw:
     @property
     def standstill(self) -> float:
         """Time at which the rotor stops, s; infinite where the law has no constant drag."""
+        return self.slowed_to(0.0) if self.constant > 0 else float("inf")
+
+    def slowed_to(self, slower: float) -> float:
+        """Time at which the speed has fallen to a slower one, Hz, s; infinite where it does not fall so far."""
         row = np.array([[self.speed, self.linear, self.constant, self.quadratic]])
-        return self.start + float(stopping_time(row)[0]) if self.constant > 0 else float("inf")
+        return self.start + float(slowing_time(row, slower)[0])
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
         """Speed, Hz, at times of any shape, s; zero after standstill."""
