@@ -18,14 +18,6 @@ TERMS = ("linear", "constant", "quadratic")
 _NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span h is of order (b h)^4
 
 
-def stopping_time(rows: np.ndarray) -> np.ndarray:
-    """Time from the speed to standstill, s, of laws (n, 4): speed, linear, constant and quadratic coefficient.
-
-    Infinite without constant drag.
-    """
-    return slowing_time(rows, 0.0)
-
-
 def slowing_time(rows: np.ndarray, slower: np.ndarray | float) -> np.ndarray:
     """Time from the speed to a slower one, Hz, of laws (n, 4): speed, linear, constant and quadratic coefficient.
 
@@ -230,7 +222,7 @@ class LawFit:
         return float(np.sqrt(max(self.covariance[i, i], 0.0)))
 
     def draw(self, count: int) -> np.ndarray:
-        """Draw laws from the fit's distribution (same draws every time), as `stopping_time` takes them, (count, 4)."""
+        """Draw laws from the fit's distribution (same draws every time), as `slowing_time` takes them, (count, 4)."""
         centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
         drawn = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
         rows = np.zeros((count, 4))

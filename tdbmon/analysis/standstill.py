@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from tdbmon.analysis.autoregression import noise_of
-from tdbmon.analysis.drag_law import Coast, LawFit, stopping_time
+from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
 from tdbmon.estimate import Estimate
 
 _TAIL = 0.05  # share of the record by which rest is judged
@@ -155,7 +155,7 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
         return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
     if not reached:
         return Estimate.missing("s", "the fitted law does not hold down to the slowest measured speed")
-    times = np.sort(fit.law.start + stopping_time(fit.draw(_DRAWS)))
+    times = np.sort(fit.law.start + slowing_time(fit.draw(_DRAWS), 0.0))
     low, high = times[round(0.025 * _DRAWS)], times[round(0.975 * _DRAWS)]
     if rest.found:
         return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
