@@ -82,22 +82,23 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     hovers = [] if early is not None else _at_held_ends(ds, machine, first_speed(ds, marks))
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
+        if early is not None or probe.name in hovers:
+            of_probe = [each for each in of_probe if each.check not in ("dead", "unit")]
         if probe.name in hovers:
             why = "moves little, since its end stays levitated: once per revolution is seen to the end of the fall and after it"
-            of_probe = [
-                Check("dead", probe.name, True, why),
-                *(each for each in of_probe if each.check not in ("dead", "unit")),
-            ]
-        found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
+            found.append(Check("dead", probe.name, True, why))
+        found += of_probe
     found = with_suspect_gap(found, ds, machine)
     found += [early] if early is not None else []
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
-        found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
+        constant = Check("dead", "speed", True, "is constant: a set-point rather than a measured speed?")
+        found += [Check("dead", "speed", False, dead)] if dead else _signal(ds, constant)
         found += check_speed_spikes(ds)
         ds = without_speed_spikes(ds)
     if "keyphasor" in ds:
-        found += _key_signal(ds)
+        why = ", as the shaft stands" if stands(ds) else ": check its cable and the logger's channel"
+        found += _signal(ds, Check("dead", "keyphasor", stands(ds), f"holds one value only{why}"))
     found += twins(ds, probes)
     if early is None:  # else the fall may hide in what seems levitated
         found += check_bandwidth(
@@ -329,22 +330,15 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
-def _speed_signal(ds: xr.Dataset) -> list[Check]:
-    array = ds["speed"]
-    signal = faults.prepare(array.values)
-    still = signal.quantum == 0.0
-    what = "is constant: a set-point rather than a measured speed?" if still else "changes"
-    return [missing_samples("speed", times_of(array), signal), Check("dead", "speed", True, what)]
-
-
-def _key_signal(ds: xr.Dataset) -> list[Check]:
-    array = ds["keyphasor"]
-    signal = faults.prepare(array.values)
-    still = signal.quantum == 0.0
-    what = "holds one value only: check its cable and the logger's channel" if still else "changes"
-    if still and stands(ds):
-        still, what = False, "holds one value only, as the shaft stands"
-    return [missing_samples("keyphasor", times_of(array), signal), Check("dead", "keyphasor", not still, what)]
+def _signal(ds: xr.Dataset, still: Check) -> list[Check]:
+    """Check that a channel has values, and that they change; `still` says what it is where they do not."""
+    name = still.channel
+    signal = faults.prepare(ds[name].values)
+    changes = signal.quantum != 0.0
+    return [
+        missing_samples(name, times_of(ds[name]), signal),
+        Check("dead", name, True, "changes") if changes else still,
+    ]
 
 
 def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
