@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -247,42 +247,18 @@ class _TimeBases:
         self._times: list[np.ndarray] = []
         self._counted: set[int] = set()
         self._dimensions: dict[str, int] = {}
-        regular: dict[tuple[float, float, int], int] = {}
-        given: dict[int, int] = {}
+        known: dict[Hashable, int] = {}
         for channel in channels:
-            n = len(channel.values)
+            stated = (channel.start, channel.interval, len(channel.values))
+            key = stated if channel.time is None else id(channel.time)
             if channel.time is not None:
                 _check_length(channel, channel.time, path)
-                index = given.get(id(channel.time))
-                if index is None:
-                    counted = _counted(channel)
-                    index = self._add(_checked(channel, path) if counted is None else counted)
-                    if counted is not None:
-                        self._counted.add(index)
-                    given[id(channel.time)] = index
-            else:
-                if channel.interval is None or not np.isfinite(channel.interval) or channel.interval <= 0:
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' has no time base (interval {channel.interval} s); give the"
-                        " file a time channel in s or a sampling rate in Hz"
-                    )
-                if n == 0:
-                    raise InputError(f"{path}: channel '{channel.name}' has no samples")
-                if not np.isfinite(channel.start):
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' starts at {channel.start} s; its time is damaged"
-                    )
-                last = abs(channel.start) + channel.interval * n
-                if channel.interval < 4 * np.spacing(last):
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' starts at {channel.start:g} s, too late to tell samples"
-                        f" {channel.interval:g} s apart; repair its start time"
-                    )
-                key = (channel.start, channel.interval, n)
-                if key not in regular:
-                    regular[key] = self._add(channel.start + channel.interval * np.arange(n))
-                index = regular[key]
-            self._dimensions[channel.name] = index
+            if key not in known:
+                counted = _counted(channel)
+                known[key] = self._add(_times(channel, path) if counted is None else counted)
+                if counted is not None:
+                    self._counted.add(known[key])
+            self._dimensions[channel.name] = known[key]
         self._first = min(time[0] for time in self._times)
 
     def _add(self, time: np.ndarray) -> int:
@@ -347,6 +323,28 @@ def _counted(channel: Channel) -> np.ndarray | None:
     if abs(time[-1] - time[0] - seconds) > 2 * coarse + _DRIFT * seconds:
         return None
     return np.asarray(time[0] + channel.interval * np.arange(len(time)))
+
+
+def _times(channel: Channel, path: Path) -> np.ndarray:
+    """Return the times of a channel's samples, s: those given, or evenly from its start on."""
+    if channel.time is not None:
+        return _checked(channel, path)
+    name, start, interval, n = channel.name, channel.start, channel.interval, len(channel.values)
+    if interval is None or not np.isfinite(interval) or interval <= 0:
+        raise InputError(
+            f"{path}: channel '{name}' has no time base (interval {interval} s); give the file a time channel in s or a"
+            " sampling rate in Hz"
+        )
+    if n == 0:
+        raise InputError(f"{path}: channel '{name}' has no samples")
+    if not np.isfinite(start):
+        raise InputError(f"{path}: channel '{name}' starts at {start} s; its time is damaged")
+    if interval < 4 * np.spacing(abs(start) + interval * n):
+        raise InputError(
+            f"{path}: channel '{name}' starts at {start:g} s, too late to tell samples {interval:g} s apart; repair its start"
+            " time"
+        )
+    return start + interval * np.arange(n)
 
 
 def _checked(channel: Channel, path: Path) -> np.ndarray:
