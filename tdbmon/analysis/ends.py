@@ -49,7 +49,7 @@ def analyse_ends(
     misread: Mapping[str, str],
     unused: Mapping[str, LeftOut],
     held: Mapping[str, str],
-    unscaled: str = "",
+    unscaled: str,
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -73,8 +73,8 @@ def analyse_ends(
         What `tdbmon.record.quality.left_out` says of the probes.
     held : mapping
         What `tdbmon.record.held_end.said_held` says of each end that stayed levitated.
-    unscaled : str, optional
-        Why times after the release are not told, where they are on a wrong scale.
+    unscaled : str
+        Why times after the release are not told, where they are on a wrong scale; "" else.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released

@@ -156,7 +156,7 @@ class ReleaseFit:
         size = np.hypot(*self.solved(t0)[0][1:3])
         return np.where(size > WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
 
-    def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
+    def state(self, t0: float, decay: float) -> tuple[Array, Array]:
         """Position and velocity a channel at the instant, and their standard deviations: (2, 2 n) each, m and m/s.
 
         Hum and the shaft's surface are left out.

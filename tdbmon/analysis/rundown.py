@@ -218,9 +218,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
 
     def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
         levitated = before or levitated_law(lead, release, None)
-        initial = speed_at_release(
-            levitated, lead, release, source, bound=_unsure(observed, levitated), delay=observed.delay
-        )
+        initial = speed_at_release(levitated, lead, release, source, None, _unsure(observed, levitated), observed.delay)
         return RunDown.missing(
             why,
             initial=initial,

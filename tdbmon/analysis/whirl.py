@@ -135,7 +135,7 @@ class Whirl:
         return self.longest_backward or self.longest_full
 
 
-def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float = -np.inf) -> Whirl:
+def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float) -> Whirl:
     """Judge the whirl of an end by the machine file's gap about the probes' zero, as far as no clearance circle is known."""
     gap = machine.bearing(end).radial_gap.nominal
     return replace(find_whirl(planes, end, (0.0, 0.0), gap, machine.sense, start_s), drawn=True)
