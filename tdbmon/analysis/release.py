@@ -175,16 +175,10 @@ def find_release(
         return not_told(why, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
-    clear = t < time[start] - _CLEAR_S
-    turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
-    orders = surface_orders(t[clear], data[:, clear], turning, mains, _SEEN_HZ * rate)
-    hum = [mains] if mains else []
-    # without a speed a line may as well be the shaft's
-    floor = floor_line(t[clear], data[:, clear], [turning, 2 * turning, *hum, *orders]) if turning else None
-    sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
-    if sag is not None and turning and "weights" in planes:
-        sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
+    levitated = t < time[start] - _CLEAR_S
+    fit = _laws(t, data, levitated, machine.gravity, speed_hz, mains, bending_hz, _SEEN_HZ * rate)
+    if sag is not None and fit.speed_hz and "weights" in planes:
+        sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, fit.speed_hz))
         # a rotor that is not the file's may not sag so at all
         fit = unless_worse(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
@@ -219,6 +213,27 @@ def find_release(
         falls=falls,
         shares=shares,
     )
+
+
+def _laws(
+    t: np.ndarray,
+    data: np.ndarray,
+    levitated: np.ndarray,
+    gravity: float,
+    speed_hz: float | None,
+    mains: float | None,
+    bending_hz: Sequence[float],
+    fastest: float,
+) -> ReleaseFit:
+    """Return the laws of orbit and fall, with the lines up to the `fastest` (Hz) that the `levitated` samples show."""
+    before, orbit = t[levitated], data[:, levitated]
+    turning = turning_speed(before, orbit, speed_hz, mains)
+    orders = surface_orders(before, orbit, turning, mains, fastest)
+    hum = [mains] if mains else []
+    # without a speed a line may as well be the shaft's
+    floor = floor_line(before, orbit, [turning, 2 * turning, *hum, *orders]) if turning else None
+    sags = [hz for hz in bending_hz if hz < fastest]
+    return ReleaseFit(t, data, gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
 
 
 def not_told(why: str, falls: dict[str, Fall]) -> Release:
