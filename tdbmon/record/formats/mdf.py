@@ -28,7 +28,7 @@ class MDF:
         return head.startswith((b"MDF     ", b"UnFinMF "))
 
     def read(self, path: Path) -> Content:
-        asammdf = library("asammdf", "mdf", path, self.name)
+        asammdf = library("asammdf", self, path)
         logging.getLogger("asammdf").setLevel(logging.CRITICAL)
         hook = sys.unraisablehook
         sys.unraisablehook = lambda _: None  # the library's own clean-up fails on files that it could not open

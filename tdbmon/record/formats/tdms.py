@@ -28,7 +28,7 @@ class TDMS:
         return head.startswith(b"TDSm")
 
     def read(self, path: Path) -> Content:
-        nptdms = library("nptdms", "tdms", path, self.name)
+        nptdms = library("nptdms", self, path)
         nptdms.log.log_manager.set_level(logging.CRITICAL)
         # opened here, since the library leaves a file open that it cannot read
         with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
