@@ -54,16 +54,8 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # a few odd samples decide no unit
     swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
-    found.append(
-        Check(
-            "dead",
-            name,
-            False,
-            f"moves by {um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver",
-        )
-        if dead
-        else Check("dead", name, True, f"moves by {um(moved)} pk-pk")
-    )
+    little = f"{um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver"
+    found.append(Check("dead", name, not dead, f"moves by {little if dead else f'{um(moved)} pk-pk'}"))
     if dead and (not _moves_slowly(finite) or lost.longest > _STUCK * array.size):
         return found  # noise has no unit that is written wrong, nor has what stands still
     unit = _unit(name, moved, swing, gap, str(array.attrs.get("source_units", "")))
@@ -208,12 +200,8 @@ def _jumps(name: str, time: np.ndarray, signal: faults.Signal, peaks: Runs, step
         words.append(
             f"{len(peaks)} spikes, the first of {um(size)} at {time[i]:.5g} s (their samples are taken as missing)"
         )
-    return Check(
-        "jumps",
-        name,
-        False,
-        f"{' and '.join(words)}: no rotor moves like that; look for a loose contact or a change of range",
-    )
+    cause = "no rotor moves like that; look for a loose contact or a change of range"
+    return Check("jumps", name, False, f"{' and '.join(words)}: {cause}")
 
 
 def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:

@@ -244,12 +244,8 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
     fault = ds.attrs.get("left_out", {}).get(channel)
     if fault:
         return Check("present", name, False, f"channel '{channel}' is in the file, but left out: {follows}; {fault}")
-    return Check(
-        "present",
-        name,
-        False,
-        f"channel '{channel}' is not in the file: {follows}; map it in [channels] if it has another name{also}",
-    )
+    detail = f"channel '{channel}' is not in the file: {follows}; map it in [channels] if it has another name{also}"
+    return Check("present", name, False, detail)
 
 
 def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]:
