@@ -38,6 +38,10 @@ class Runs:
         """Return the runs that a mask selects."""
         return Runs(self.first[mask], self.length[mask])
 
+    def lasting(self, time: np.ndarray, seconds: float) -> Runs:
+        """Return the runs of samples at times (n,), s, that last for more than so many seconds."""
+        return self.where(time[self.first + self.length - 1] - time[self.first] > seconds)
+
     def mask(self, size: int) -> np.ndarray:
         """Return a mask of `size` samples that is True in the runs."""
         out = np.zeros(size, dtype=bool)

@@ -18,7 +18,7 @@ from tdbmon.analysis.bent_line import LevitatedMiss, levitated_misses
 from tdbmon.analysis.braked import beyond_contacts
 from tdbmon.analysis.drifting_swings import DriftingSwing, drifting_swings, lacking_swings
 from tdbmon.analysis.ends import analyse_ends
-from tdbmon.analysis.exchanged_probes import check_exchanged
+from tdbmon.analysis.exchanged_probes import exchanged_probes
 from tdbmon.analysis.expected_lines import expected_lines
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales, undated
 from tdbmon.analysis.let_go_alone import let_go_alone
@@ -48,7 +48,7 @@ from tdbmon.record.held_end import held_check, held_ends, paths_of, said_held
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
 from tdbmon.record.misread import misread
-from tdbmon.record.quality import check, left_out, repair_gaps
+from tdbmon.record.quality import LeftOut, check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import check_effects, freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import check_slow_roll
@@ -90,7 +90,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     checks += [*jumps, *check_slow_roll(record, machine)]
     record = _bridged(without_lost_samples(with_skipped_samples(record), machine), machine)
     laid = _Laid(record, machine, build_rotor(machine), Rotation.of(record, machine), over_pulses)
-    unused = left_out(record, machine, tuple(checks))
+    unused = left_out(record, machine, checks)
     planes = _planes(laid, unused, checks)
     if planes is None:
         return _speed_only(laid, checks)
@@ -119,8 +119,20 @@ class _Laid:
     rotation: Rotation
     over_pulses: float
 
+    def without_orbit(self, checks: Iterable[Check], rundown: RunDown | None) -> Analysis:
+        """Return an analysis of the speed alone."""
+        return Analysis(
+            machine=self.machine,
+            rotor=self.rotor,
+            record=self.record,
+            checks=tuple(checks),
+            rundown=rundown,
+            speed_time=self.rotation.time,
+            speed_hz=self.rotation.hz,
+        )
 
-def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.Dataset | None:
+
+def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Dataset | None:
     """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
     fit = [probe.name for probe in laid.machine.probes if probe.name not in unused]
     try:
@@ -137,7 +149,7 @@ def _planes(laid: _Laid, unused: Mapping[str, str], checks: list[Check]) -> xr.D
 
 
 def _drop(
-    laid: _Laid, planes: xr.Dataset, unused: Mapping[str, str], checks: list[Check], progress: Progress
+    laid: _Laid, planes: xr.Dataset, unused: Mapping[str, LeftOut], checks: list[Check], progress: Progress
 ) -> Analysis:
     """Return what a drop tells; `unused` says which probes are left out, and why."""
     record, machine, rotor, rotation = laid.record, laid.machine, laid.rotor, laid.rotation
@@ -147,16 +159,19 @@ def _drop(
     release, released, unscaled = _release(laid, planes, reaches, checks)
     held = {} if release is None else {end: said_held(end, reach, machine) for end, reach in reaches.items()}
     checks += [held_check(end, reaches[end], machine) for end in held]
-    wrong = misread(record, machine, float(time[0]) if released is None else released, checks)
+    start = float(time[0]) if released is None else released
+    wrong = misread(record, machine, start, checks)
     apart = apart_from_misread(planes, record, machine, wrong, checks)
     if release is not None and apart is not planes:
         release = _at_planes(release, laid, apart, reaches)
     planes = apart
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
-    drawn = _drawn_whirl(planes, machine, released)
+    # what goes right round does not rest, and tells no circle at rest
+    drawn = {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
     checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
-    checks += check_exchanged(planes, *sound, released)
+    crossed = exchanged_probes(planes, *sound, released)
+    checks += [] if crossed is None else [crossed.check]
     ends, swing = analyse_ends(planes, machine, rotor, released, back, checks, drawn, wrong, unused, held, unscaled)
     if release is not None:
         checks += check_set_point(ends, release, machine)
@@ -164,7 +179,10 @@ def _drop(
             checks += check_probe_scales(release, machine)  # by how the rotor of the machine file bends
 
     progress("fitting the run-down")
-    whirl = _whirl(planes, machine, ends, released, drawn)
+    circled = {end: result.gap for end, result in ends.items() if result.gap is not None}
+    whirl = drawn | {
+        end: find_whirl(planes, end, gap.place, gap.size, machine.sense, start) for end, gap in circled.items()
+    }
     rundown = _run_down(laid, released, whirl, checks)
     before = rotation.before(released)
     levitated, misses = _levitation(laid, planes, released, before, ends, checks)
@@ -173,20 +191,14 @@ def _drop(
     seen, angle = planes.sel(end=seen_ends(planes)), rotation.angle(time, machine)
     bands = _bands(laid, swing)
     lines = _lines(laid, seen, bands)
-    return Analysis(
-        machine=machine,
-        rotor=rotor,
-        record=record,
+    return replace(
+        laid.without_orbit(checks, rundown),
         planes=planes,
-        checks=tuple(checks),
         release=None if release is None else _held_bent(release, misses, before),
         phases=_phases(time, None if unscaled else released, ends, rundown) + _again(record),
         levitation=levitated,
         ends=ends,
         swing=swing,
-        rundown=rundown,
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
         angle=angle,
         waterfall=_spectra(seen),
         lines=lines,
@@ -225,17 +237,8 @@ def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def _speed_only(laid: _Laid, checks: list[Check]) -> Analysis:
-    rotation = laid.rotation
-    rundown = _run_down(laid, None, {}, checks) if falls(checks) else rotation.without_drop()
-    return Analysis(
-        machine=laid.machine,
-        rotor=laid.rotor,
-        record=laid.record,
-        rundown=rundown,
-        checks=tuple(checks),
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
-    )
+    rundown = _run_down(laid, None, {}, checks) if falls(checks) else laid.rotation.without_drop()
+    return laid.without_orbit(checks, rundown)
 
 
 def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Analysis:
@@ -258,18 +261,12 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
         end: levitation_alone(planes, end, speed_hz, machine.mains, machine.bearing(end).radial_gap.nominal)
         for end in seen
     }
-    return Analysis(
-        machine=machine,
-        rotor=laid.rotor,
-        record=laid.record,
+    return replace(
+        laid.without_orbit(checks, rotation.without_drop()),
         planes=planes,
-        checks=tuple(checks),
         phases=(Phase("levitated", float(time[0]), float(time[-1])),),
         levitation=_levitated_bent(laid, planes, speed_hz, found)[0],
         ends=ends,
-        rundown=rotation.without_drop(),
-        speed_time=rotation.time,
-        speed_hz=rotation.hz,
         angle=rotation.angle(time, machine),
         waterfall=_spectra(planes.sel(end=seen)),
         lines=_lines(laid, planes.sel(end=seen), _bands(laid, None)),
@@ -415,27 +412,3 @@ def _drifting(laid: _Laid, seen: xr.Dataset, bands: list[Band], lines: tuple[Lin
         return ()
     spectra = spectra_against_time(seen, laid.rotation.time, laid.rotation.hz)
     return drifting_swings(spectra, [str(end) for end in seen.end.values], lacking, lines)
-
-
-def _drawn_whirl(planes: xr.Dataset, machine: Machine, released: float | None) -> dict[str, Whirl]:
-    """Whirl of the ends that are seen, by the drawing: what goes right round does not rest, and tells no circle at rest."""
-    start = float(planes.time[0]) if released is None else released
-    return {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
-
-
-def _whirl(
-    planes: xr.Dataset,
-    machine: Machine,
-    ends: dict[str, EndResult],
-    released: float | None,
-    drawn: dict[str, Whirl],
-) -> dict[str, Whirl]:
-    start = float(planes.time[0]) if released is None else released
-    out = dict(drawn)
-    for end, result in ends.items():
-        gap = result.gap
-        if gap is None or gap.radius.value is None or gap.centre[0].value is None or gap.centre[1].value is None:
-            continue
-        centre = (gap.centre[0].value, gap.centre[1].value)
-        out[end] = find_whirl(planes, end, centre, gap.radius.value, machine.sense, start)
-    return out

@@ -9,7 +9,7 @@ possible.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.special import stdtrit
@@ -111,7 +111,7 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
         stop = min(max(at + int(under[0]) if under.size else len(smooth), at + _EACH_SIDE), len(smooth))
         if stop - first < _FEWEST:
             return None
-        near = replace(after, begin=after.begin[first:stop], end=after.end[first:stop], mean=after.mean[first:stop])
+        near = after.at(slice(first, stop))
         middle = float(after.middle[at])
         scale = float(np.abs(near.middle - middle).max())
         design = np.vander((near.middle - middle) / scale, 3)
@@ -168,8 +168,7 @@ def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, r
             if times.size:
                 bounds += [times[int(0.025 * times.size)], times[int(0.975 * times.size)]]
     law = laws[0].law
-    row = np.array([[law.speed, law.linear, law.constant, law.quadratic]])
-    when = law.start + float(slowing_time(row, wanted)[0])
+    when = law.slowed_to(wanted)
     low, high = min([when, *bounds]), max([when, *bounds])
     if not high <= last + FARTHEST * (last - release):
         why = f"the record ends at {last:.3g} s, too early to say when the speed has fallen to {percent(share)}"

@@ -95,17 +95,15 @@ def find_contacts(
     """
     time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy().T
-    centre = np.array([gap.centre[0].value, gap.centre[1].value], float)
-    radius, sigma = _value_sigma(gap.radius)
     elastic = travel.total - play
-    touching = radius - elastic
-    of_circle = np.hypot(sigma, _value_sigma(gap.centre[1])[1])
+    touching = gap.size - elastic
+    of_circle = np.hypot(gap.radius.sigma or 0.0, gap.centre[1].sigma or 0.0)
     sigma_level = float(np.hypot(_OF_CIRCLE * of_circle, _OF_DEFLECTION * elastic))
     after = np.flatnonzero((time > release_s) & (time <= max(gap.settled_from, release_s + _FIRST_S)))
     seen = after[np.isfinite(xy[after]).all(axis=1)]
     if not seen.size:
         return Contacts(None, (), 0, 0, why=f"no sample has a value from {release_s:.5g} s until the shaft has settled")
-    t, d = time[seen], xy[seen] - centre
+    t, d = time[seen], xy[seen] - gap.place
     r = np.hypot(d[:, 0], d[:, 1])
     lost = MissingStretches.between(
         np.concatenate([[release_s], t, time[after[-1:]]]), np.concatenate([r[:1], r, r[-1:]]) - touching
@@ -126,11 +124,5 @@ def find_contacts(
     before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # in that stretch itself it touches
     if before:
         return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
-    first = first_contact(t, d, r, events, lost, touching, radius, sigma_level, gravity) if events else None
+    first = first_contact(t, d, r, events, lost, touching, gap.size, sigma_level, gravity) if events else None
     return Contacts(first, events, low, high, hidden)
-
-
-def _value_sigma(estimate: Estimate) -> tuple[float, float]:
-    if estimate.value is None or estimate.sigma is None:
-        raise ValueError("an interval is needed")
-    return estimate.value, estimate.sigma

@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 from tdbsim.rotor import static_loads
 
-from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.analysis.levitation import unknown
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
-from tdbmon.analysis.result import Analysis, EndResult
+from tdbmon.analysis.result import NO_SPEED, Analysis, EndResult
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate
@@ -34,7 +33,7 @@ def analysis_json(analysis: Analysis) -> dict[str, Any]:
         "release": {end: _state(release, end, ends[end].held) for end in analysis.machine.ends},
         "levitation": {end: _levitated(analysis, end) for end in analysis.machine.ends},
         "phases": [{"name": p.name, "start_s": p.start, "end_s": p.end} for p in analysis.phases],
-        "speed": (_no_speed() if analysis.rundown is None else _speed(analysis.rundown)) | _coast_down(analysis),
+        "speed": _speed(analysis.rundown or _no_speed()) | _coast_down(analysis),
         "ends": {name: _end(end, analysis) for name, end in ends.items()},
         "lines": [
             {
@@ -123,16 +122,9 @@ def _unseen(end: str, analysis: Analysis) -> EndResult:
     return EndResult.without_contact(end, "none", load, rest_travel(bearing, load), found)
 
 
-def _no_speed() -> dict[str, Any]:
-    why = "the record holds no usable speed signal or keyphasor (see quality)"
-    return {
-        "initial_hz": Estimate.missing("Hz", why).to_json(),
-        "decay_time_s": Estimate.missing("s", why).to_json(),
-        "models": [],
-        "standstill_time_s": Estimate.missing("s", why).to_json(),
-        "drag_torque_n_m": Estimate.missing("N m", why).to_json(),
-        "lost_speed_hz": Estimate.missing("Hz", why).to_json(),
-    }
+def _no_speed() -> RunDown:
+    initial, ratio = Estimate.missing("Hz", NO_SPEED), Estimate.missing("1", NO_SPEED)
+    return RunDown.missing(NO_SPEED, initial=initial, source="", pulse_ratio=ratio)
 
 
 def _speed(rundown: RunDown) -> dict[str, Any]:
@@ -164,28 +156,25 @@ def _coast_down(analysis: Analysis) -> dict[str, Any]:
 
 
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
-    um, gap = "um", end.gap
-    missing = Estimate.missing(um, end.unsettled)
-    first: FirstContact | None = end.contacts.first if end.contacts else None
-    untouched = end.no_contact
+    circle, first = end.circle, end.first
     return {
         "plane": end.plane,
         "static_load_n": end.load,
         "fell": analysis.falls and not end.held if end.seen else None,
-        "gap_lower_um": (gap.lower if gap else missing).to_json(),
-        "gap_upper_um": (gap.upper if gap else missing).to_json(),
-        "gap_centre_um": [(gap.centre[i] if gap else missing).to_json() for i in range(2)],
-        "gap_radius_um": (gap.radius if gap else missing).to_json(),
-        "gap_from_arc_um": (gap.from_arc if gap else missing).to_json(),
+        "gap_lower_um": circle.lower.to_json(),
+        "gap_upper_um": circle.upper.to_json(),
+        "gap_centre_um": [each.to_json() for each in circle.centre],
+        "gap_radius_um": circle.radius.to_json(),
+        "gap_from_arc_um": circle.from_arc.to_json(),
         "gap_from_swing_um": end.gap_from_swing.to_json(),
         "air_gap_um": end.air_gap.to_json(),
-        "gap_oval_um": (gap.oval if gap else missing).to_json(),
+        "gap_oval_um": circle.oval.to_json(),
         "swing_hz": analysis.swings[0].to_json(),
-        "first_contact_s": (first.touch if first else Estimate.missing("s", untouched)).to_json(),
-        "first_contact_duration_s": (first.duration if first else Estimate.missing("s", untouched)).to_json(),
-        "rebound_um": (first.rebound if first else Estimate.missing(um, untouched)).to_json(),
-        **_contacts(end.contacts.count if end.contacts else Estimate.missing("1", untouched)),
-        "restitution": (first.restitution if first else Estimate.missing("1", untouched)).to_json(),
+        "first_contact_s": first.touch.to_json(),
+        "first_contact_duration_s": first.duration.to_json(),
+        "rebound_um": first.rebound.to_json(),
+        **_contacts(end.contact_count),
+        "restitution": first.restitution.to_json(),
         "stiffness_n_per_m": end.stiffness.to_json(),
         "support": {
             "mass_kg": Estimate.missing("kg", _NO_MODEL).to_json(),

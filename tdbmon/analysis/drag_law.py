@@ -18,14 +18,6 @@ TERMS = ("linear", "constant", "quadratic")
 _NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span h is of order (b h)^4
 
 
-def stopping_time(rows: np.ndarray) -> np.ndarray:
-    """Time from the speed to standstill, s, of laws (n, 4): speed, linear, constant and quadratic coefficient.
-
-    Infinite without constant drag.
-    """
-    return slowing_time(rows, 0.0)
-
-
 def slowing_time(rows: np.ndarray, slower: np.ndarray | float) -> np.ndarray:
     """Time from the speed to a slower one, Hz, of laws (n, 4): speed, linear, constant and quadratic coefficient.
 
@@ -68,8 +60,12 @@ class DragLaw:
     @property
     def standstill(self) -> float:
         """Time at which the rotor stops, s; infinite where the law has no constant drag."""
+        return self.slowed_to(0.0) if self.constant > 0 else float("inf")
+
+    def slowed_to(self, slower: float) -> float:
+        """Time at which the speed has fallen to a slower one, Hz, s; infinite where it does not fall so far."""
         row = np.array([[self.speed, self.linear, self.constant, self.quadratic]])
-        return self.start + float(stopping_time(row)[0]) if self.constant > 0 else float("inf")
+        return self.start + float(slowing_time(row, slower)[0])
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
         """Speed, Hz, at times of any shape, s; zero after standstill."""
@@ -146,10 +142,20 @@ class Coast:
         """Middle of the spans, s."""
         return 0.5 * (self.begin + self.end)
 
+    def at(self, some: np.ndarray | slice) -> Coast:
+        """Return some of the spans."""
+        return replace(self, begin=self.begin[some], end=self.end[some], mean=self.mean[some])
+
     def between(self, low: float, high: float) -> Coast:
         """Spans that lie wholly between two times."""
-        inside = (self.begin >= low - 1e-9) & (self.end <= high + 1e-9)
-        return replace(self, begin=self.begin[inside], end=self.end[inside], mean=self.mean[inside])
+        return self.at((self.begin >= low - 1e-9) & (self.end <= high + 1e-9))
+
+    def grouped(self, size: int) -> Coast:
+        """Return the means over so many successive spans each; what is left over at the end is left out."""
+        whole = len(self) // size * size
+        first, last = slice(0, whole, size), slice(size - 1, whole, size)
+        mean = self.mean[:whole].reshape(-1, size).mean(axis=1)
+        return replace(self, begin=self.begin[first], end=self.end[last], mean=mean)
 
     def __len__(self) -> int:
         return len(self.mean)
@@ -216,7 +222,7 @@ class LawFit:
         return float(np.sqrt(max(self.covariance[i, i], 0.0)))
 
     def draw(self, count: int) -> np.ndarray:
-        """Draw laws from the fit's distribution (same draws every time), as `stopping_time` takes them, (count, 4)."""
+        """Draw laws from the fit's distribution (same draws every time), as `slowing_time` takes them, (count, 4)."""
         centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
         drawn = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
         rows = np.zeros((count, 4))

@@ -25,6 +25,7 @@ from tdbmon.quantity import percent, printed
 from tdbmon.record.finding import Check, um
 from tdbmon.record.held_end import ends_in_fall
 from tdbmon.record.misread import FEW
+from tdbmon.record.quality import LeftOut
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
 _AT_ONCE_S = 0.01  # no time to rest
@@ -46,9 +47,9 @@ def analyse_ends(
     checks: list[Check],
     whirl: Mapping[str, Whirl],
     misread: Mapping[str, str],
-    unused: Mapping[str, str],
+    unused: Mapping[str, LeftOut],
     held: Mapping[str, str],
-    unscaled: str = "",
+    unscaled: str,
 ) -> tuple[dict[str, EndResult], Swing | None]:
     """Return what each end shows, and the swing that both share.
 
@@ -72,8 +73,8 @@ def analyse_ends(
         What `tdbmon.record.quality.left_out` says of the probes.
     held : mapping
         What `tdbmon.record.held_end.said_held` says of each end that stayed levitated.
-    unscaled : str, optional
-        Why times after the release are not told, where they are on a wrong scale.
+    unscaled : str
+        Why times after the release are not told, where they are on a wrong scale; "" else.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
@@ -195,7 +196,7 @@ def _no_circle(
     return found
 
 
-def _unseen(machine: Machine, end: str, unused: Mapping[str, str]) -> str:
+def _unseen(machine: Machine, end: str, unused: Mapping[str, LeftOut]) -> str:
     """Say why an end has no orbit."""
     why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
     return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
@@ -226,19 +227,17 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
     """Radial air gap: the radius at rest less ball clearance and deflection; missing where nothing would be left of it."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
-    if gap.radius.value is None or gap.radius.sigma is None:
-        return Estimate.missing("um", gap.radius.why)
     sigma = float(np.hypot(gap.radius.apart.sigma or 0.0, travel.sigma))
-    if gap.radius.value <= travel.total:
+    if gap.size <= travel.total:
         weight = f"rotor of {mass:.4g} kg, {load:.0f} N on this end"
         why = (
-            f"the shaft rests at {um(gap.radius.value)}, but by the machine file ({weight}) clearance and deflection alone are"
+            f"the shaft rests at {um(gap.size)}, but by the machine file ({weight}) clearance and deflection alone are"
             f" {um(travel.total)}: machine file and record do not fit. Check diameters, lengths and masses of the rotor, support"
             " stiffness and ball clearance, and the sensitivity of the probes"
         )
         return Estimate.missing("um", why)
     rule = "radius at rest less ball clearance and deflection of the machine file"
-    return Estimate.from_sigma(gap.radius.value - travel.total, sigma, "um", rule).widened(gap.radius.shared)
+    return Estimate.from_sigma(gap.size - travel.total, sigma, "um", rule).widened(gap.radius.shared)
 
 
 def _stiffness(contacts: Contacts | None, no_air_gap: str, mass: float) -> Estimate:
@@ -258,10 +257,8 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
         return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
     if contacts is not None and contacts.why:
         return Estimate.missing("um", contacts.why)
-    if gap.centre[0].value is None or gap.centre[1].value is None:
-        return Estimate.missing("um", "the clearance centre is not known")
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
-    reach = np.hypot(xy[0] - gap.centre[0].value, xy[1] - gap.centre[1].value)
+    reach = np.hypot(*(xy - gap.place[:, None]))
     rule = "largest distance from the clearance centre"
     sigma = gap.centre[1].apart.sigma or 0.0
     return Estimate.from_sigma(float(np.nanmax(reach)), sigma, "um", rule, "0-pk").widened(gap.centre[1].shared)
@@ -274,9 +271,9 @@ def _bent(
 
     `beyond` : m, by how much the line lies below the shaft at rest.
     """
-    if deepest.value is None or deepest.low is None or deepest.high is None or gap is None or gap.radius.value is None:
+    if deepest.value is None or deepest.low is None or deepest.high is None or gap is None:
         return deepest
-    deflected = deepest.value - gap.radius.value + travel.total
+    deflected = deepest.value - gap.size + travel.total
     if beyond == 0.0 or deflected <= 0.0:
         return deepest
     passes = beyond * relative_load(bearing, load, deflected)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
@@ -19,8 +20,21 @@ _ROUND = (0.5, 2.0)  # of the gap: radius of a circle that is that of the cleara
 _ROUNDS = 8  # of the reweighting
 
 
-def check_exchanged(planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None) -> list[Check]:
-    """Check that no two probes are exchanged between the ends.
+@dataclass(frozen=True)
+class ExchangedProbes:
+    """Pairs of probes, one of each end, of which one pair is exchanged, and the failed check that says so.
+
+    Which of two pairs it is no circle tells: with the other one the motion is mirrored end for end.
+    """
+
+    pairs: tuple[tuple[str, str], ...]
+    check: Check
+
+
+def exchanged_probes(
+    planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None
+) -> ExchangedProbes | None:
+    """Find two probes that are exchanged between the ends.
 
     Parameters
     ----------
@@ -34,45 +48,41 @@ def check_exchanged(planes: xr.Dataset, record: xr.Dataset, machine: Machine, re
 
     Returns
     -------
-    list of Check
-        One that names the probes where exchanging two of them puts both ends on a circle of the clearance's size; else empty.
-        Which of the two pairs was exchanged no circle tells: with the other one it is mirrored end for end.
+    ExchangedProbes or None
+        Where exchanging two of them puts both ends on a circle of the clearance's size.
     """
     used = {str(name) for name in planes.probe.values}
     ends = [[probe.name for probe in machine.probes_at(end) if probe.name in used] for end in machine.ends]
     if len(ends) != 2 or any(str(plane) != "bearing" for plane in planes.plane.values):
-        return []
+        return None
     dimension = record[ends[0][0]].dims[0]
     time = record[dimension].to_numpy()
     start = float(time[0] if release_s is None else release_s)
     last = min(float(time[-1]), start + _WITHIN_S)
     tail = (time >= max(start + _SETTLED_S, last - _LONG_S)) & (time <= last)
     if tail.sum() < 100:
-        return []
+        return None
     some = record[sorted(used)].isel({dimension: np.flatnonzero(tail)[:: max(int(tail.sum()) // _SAMPLES, 1)]})
     gap = max(machine.bearing(end).radial_gap.nominal for end in machine.ends)
     as_is, _ = _off_circles(to_planes(some, machine, sorted(used)))
     if min(as_is) < _FITS * gap:
-        return []
-    mended = {
-        (one, other): _off_circles(to_planes(_exchanged(some, one, other), machine, sorted(used)))
-        for one, other in product(*ends)
-    }
+        return None
+    mended = {}
+    for one, other in product(*ends):
+        exchanged = some.assign({one: some[other].variable, other: some[one].variable})
+        mended[one, other] = _off_circles(to_planes(exchanged, machine, sorted(used)))
     (one, other), (off, radii) = min(mended.items(), key=lambda each: max(each[1][0]))
     near = max(off) < min(_FITS * gap, min(as_is) / _CLEARLY)
     if not near or not all(_ROUND[0] * gap < radius < _ROUND[1] * gap for radius in radii):
-        return []
+        return None
     others = [name for name in ends[0] + ends[1] if name not in (one, other)]
     detail = (
         f"the settled shaft is on no circle at either end ({um(as_is[0])} and {um(as_is[1])} off by the median), but on one at"
         f" both with {one} and {other} exchanged ({um(off[0])} and {um(off[1])}): are their cables exchanged between the ends, or"
         f" those of {' and '.join(others)}, which looks the same?"
     )
-    return [Check("cabling", f"{one}, {other}", False, detail)]
-
-
-def _exchanged(record: xr.Dataset, one: str, other: str) -> xr.Dataset:
-    return record.assign({one: record[other].variable, other: record[one].variable})
+    pairs = [(one, other)] + ([(others[0], others[1])] if len(others) == 2 else [])
+    return ExchangedProbes(tuple(pairs), Check("cabling", f"{one}, {other}", False, detail))
 
 
 def _off_circles(planes: xr.Dataset) -> tuple[list[float], list[float]]:

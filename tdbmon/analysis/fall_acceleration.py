@@ -34,8 +34,7 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
     """
     from scipy.optimize import minimize_scalar
 
-    variance = fit.noise(t0) ** 2
-    noise = max(float(np.sqrt(np.mean(variance))), 1e-9)
+    variance, noise = fit.noise(t0) ** 2, fit.mean_noise(t0)
 
     def fitted(instant: float) -> tuple[Array, float]:
         coefficients, left, held = _parabola(fit, instant, noise, fit.data - fit.sprung(instant, 0.0))
@@ -84,12 +83,11 @@ def turning_alone(fit: ReleaseFit, t0: float) -> Array:
     """
     if not fit.speed_hz:
         return np.zeros(len(fit.data))
-    noise = max(float(np.sqrt(np.mean(fit.noise(t0) ** 2))), 1e-9)
     free = fit.free(t0, 0.0)
     first = len(fit.levitated(t0, 0.0))
     told = (fit.t[-1] - t0) * fit.speed_hz >= 1
     size = np.hypot(*fit.solved(t0)[0][first : first + 2] if told else fit.solved(t0)[0][1:3])
-    a_metre = np.hypot(*_parabola(fit, t0, noise, np.array(free[:2]))[0][-1])
+    a_metre = np.hypot(*_parabola(fit, t0, fit.mean_noise(t0), np.array(free[:2]))[0][-1])
     return np.where(size < WIDE, size * a_metre, 0.0)
 
 
@@ -129,7 +127,7 @@ def _freed(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array]:
     design = np.column_stack([*levitated, *free, *beats, let_go(0j, after, decay).real])
     sizes = fit.sag_sizes
     spread = np.concatenate([np.full(len(levitated), np.inf), [orbit, orbit], sizes, sizes, [np.inf]])
-    noise = max(float(np.sqrt(np.mean(fit.noise(t0) ** 2))), 1e-9)
+    noise = fit.mean_noise(t0)
     normal = design.T @ design + np.diag((noise / spread) ** 2)
     seen = fit.data - fit.sprung(t0, decay)
     fitted = np.linalg.solve(normal, design.T @ seen.T)

@@ -46,6 +46,12 @@ class FirstContact:
     restitution: Estimate
     direction: float
 
+    @classmethod
+    def missing(cls, why: str) -> FirstContact:
+        """Return that nothing of a first contact is known, for the reason `why`."""
+        s, um, ratio = (Estimate.missing(unit, why) for unit in ("s", "um", "1"))
+        return cls(touch=s, duration=s, static_in=s, static_out=s, rebound=um, restitution=ratio, direction=np.nan)
+
 
 def first_contact(
     t: np.ndarray,
@@ -91,25 +97,17 @@ def first_contact(
         if touched in lost.hiding:
             touch = Estimate.missing("s", f"{said(touched)}, and there the shaft touches")
     following = events[1].start if len(events) > 1 else np.inf
-    if lifted is None and contact.end >= t[-1]:
-        unknown = "the shaft does not leave the ring again before it settles"
-    elif touched:
-        unknown = f"{said(touched)}, and there the shaft touches"
-    elif lifted:
-        unknown = f"{said(lifted)}, and there the shaft lifts off"
-    else:
-        unknown = _maybe(lost.within(contact.start, contact.end), "lifted off")
+    unknown = _open(contact, lost, float(t[-1]))
     tried = _tried(t, d, r, contact, touching, sigma)
     duration, rebound = _duration_and_rebound(t, depth, tried, step)
     restitution = _restitution(t, d, tried, n, gravity)
     if unknown:
         duration, restitution = (Estimate.missing(unit, unknown) for unit in ("s", "1"))
-    again = _maybe(lost.within(touched[0] if touched else contact.start, following), "touched again")
+    begin, end = touched[0] if touched else contact.start, lifted[1] if lifted else contact.end
+    again = _maybe(lost.within(begin, following), "touched again")
     if contact.end >= t[-1] or again:
         rebound = Estimate.missing("um", again or unknown)
-    hidden = _maybe(
-        lost.within(touched[0] if touched else contact.start, lifted[1] if lifted else contact.end), "lifted off"
-    )
+    hidden = _maybe(lost.within(begin, end), "lifted off")
     if hidden:
         t1 = t2 = Estimate.missing("s", hidden)
     else:
@@ -123,6 +121,18 @@ def first_contact(
         restitution=restitution,
         direction=contact.angle,
     )
+
+
+def _open(contact: Contact, lost: MissingStretches, last: float) -> str:
+    """Say why it is not known from when to when a contact lasts, of which the `last` instant is seen; "" where it is."""
+    touched, lifted = lost.at(contact.start), lost.at(contact.end)
+    if lifted is None and contact.end >= last:
+        return "the shaft does not leave the ring again before it settles"
+    if touched:
+        return f"{said(touched)}, and there the shaft touches"
+    if lifted:
+        return f"{said(lifted)}, and there the shaft lifts off"
+    return _maybe(lost.within(contact.start, contact.end), "lifted off")
 
 
 def _maybe(missing: str, did: str) -> str:

@@ -88,13 +88,36 @@ class Gap:
     points: np.ndarray
     alone: float = 0.0
 
+    @classmethod
+    def missing(cls, why: str) -> Gap:
+        """Return that nothing of a circle is known, for the reason `why`."""
+        um = Estimate.missing("um", why)
+        return cls(
+            lower=um,
+            upper=um,
+            centre=(um, um),
+            radius=um,
+            from_arc=um,
+            agrees=None,
+            oval=um,
+            settled_from=np.inf,
+            points=np.empty((0, 2)),
+        )
+
+    @property
+    def place(self) -> np.ndarray:
+        """Centre (x, y), m."""
+        return np.array([each.value for each in self.centre], dtype=float)
+
+    @property
+    def size(self) -> float:
+        """Radius, m."""
+        return np.nan if self.radius.value is None else self.radius.value
+
     def away(self, place: Sequence[float] | np.ndarray, method: str, kind: str = "") -> Estimate:
         """Return how far a place (x, y), m, lies from the centre; its error is the centre's along that way."""
-        if any(c.value is None or c.high is None for c in self.centre):
-            return Estimate.missing("um", "the centre of the clearance is not known")
-        centre = np.array([c.value for c in self.centre], dtype=float)
-        spread = np.array([c.high for c in self.centre], dtype=float) - centre
-        way = np.asarray(place) - centre
+        spread = np.array([each.high for each in self.centre], dtype=float) - self.place
+        way = np.asarray(place) - self.place
         apart = float(np.hypot(*way))
         half = float(np.hypot(*(spread * way))) / max(apart, 1e-12)
         return Estimate(apart, max(apart - half, 0.0), apart + half, "um", method, kind=kind)

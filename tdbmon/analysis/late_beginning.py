@@ -26,11 +26,10 @@ def late_beginning(planes: xr.Dataset, circles: Mapping[str, Gap | NoCircle]) ->
     for end, gap in circles.items():
         if isinstance(gap, NoCircle):
             return _PERHAPS
-        x, y, radius = gap.centre[0].value, gap.centre[1].value, gap.radius.value
         xy = planes.displacement.sel(end=end).to_numpy()[:, head]
-        if x is None or y is None or radius is None or not np.isfinite(xy).all(axis=0).any():
+        if not np.isfinite(xy).all(axis=0).any():
             return _PERHAPS
-        away = np.nanmedian(np.hypot(xy[0] - x, xy[1] - y))
-        if away > _LEVITATED * radius:
+        away = np.nanmedian(np.hypot(*(xy - gap.place[:, None])))
+        if away > _LEVITATED * gap.size:
             return _PERHAPS
     return ""

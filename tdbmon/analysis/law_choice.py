@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,7 +73,7 @@ class Candidate:
         return self.fit.bic - (_PREFERENCE if self.name == "exponential" else 0.0)
 
 
-def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None) -> Coast | None:
+def find_stretch(coast: Coast, release: float, stop: float) -> Coast | None:
     """Return the spans that follow one law.
 
     Starts with spans long after the release and faster than a twentieth of the speed at release, and adds stretches on both
@@ -85,8 +86,6 @@ def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None)
         From the release on.
     release, stop : float
         Release, and end of rotation (or of the record), s.
-    noise : Noise or None
-        Where it is known; estimated otherwise.
 
     Returns
     -------
@@ -94,31 +93,17 @@ def find_stretch(coast: Coast, release: float, stop: float, noise: Noise | None)
         None where the record is too short for a fit.
     """
     settling = min(_SETTLING_S, _SETTLING_SHARE * (stop - release))
-    lefts = [release + share * settling for share in _EARLIER]
     rights = _slower(coast, stop)
+    lefts = [release + share * settling for share in _EARLIER]
+    lefts = [left for left in lefts if len(coast.between(left, rights[0])) >= FEWEST]
+    if not lefts:
+        return None
     inner = coast.between(lefts[0], rights[0])
-    if len(inner) < FEWEST:
-        lefts = [left for left in lefts if len(coast.between(left, rights[0])) >= FEWEST]
-        if not lefts:
-            return None
-        inner = coast.between(lefts[0], rights[0])
-    stretch = _Stretch(inner, noise)
-    begins, ends = [float(inner.begin[0])], [float(inner.end[-1])]
-    spoilt_left = spoilt_right = False
-    for left in lefts[1:]:
-        spoilt_left = not stretch.joins(coast.between(left, ends[0]))
-        if spoilt_left:
-            break
-        begins.append(float(stretch.coast.begin[0]))
-    for right in rights[1:]:
-        spoilt_right = not stretch.joins(coast.between(begins[-1], right))
-        if spoilt_right:
-            break
-        ends.append(float(stretch.coast.end[-1]))
-    # the last stretch that joined may hold a little of what spoilt the next one
-    begin = begins[-2] if spoilt_left and len(begins) > 1 else begins[-1]
-    end = ends[-2] if spoilt_right and len(ends) > 1 else ends[-1]
-    safe = coast.between(begin, end)
+    stretch = _Stretch(inner)
+    earlier = stretch.grown(coast.between(left, inner.end[-1]) for left in lefts[1:])
+    begin = stretch.coast.begin[0]
+    later = stretch.grown(coast.between(begin, right) for right in rights[1:])
+    safe = coast.between(earlier.begin[0], later.end[-1])
     return safe if len(safe) >= FEWEST else stretch.coast
 
 
@@ -133,28 +118,22 @@ def find_last_stretch(coast: Coast, noise: Noise | None) -> Coast:
     begins = [last - each for each in lengths if len(coast.between(last - each, last)) >= fewest]
     if not begins:
         return coast
-    stretch, joined = _Stretch(coast.between(begins[0], last), noise), begins[:1]
-    for begin in begins[1:]:
-        if not stretch.joins(coast.between(begin, last)):
-            return coast.between(joined[-2] if len(joined) > 1 else joined[-1], last)
-        joined.append(begin)
-    return coast
+    stretch = _Stretch(coast.between(begins[0], last), noise)
+    return stretch.grown(coast.between(begin, last) for begin in begins[1:])
 
 
 def _slower(coast: Coast, stop: float) -> list[float]:
     """Times at which the speed falls below shares of the first, up to the end of rotation."""
-    size = max(len(coast) // 200, 1)
-    parts = len(coast) // size
-    mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1)
-    end = coast.end[size - 1 : parts * size : size]
-    times = [float(end[np.argmax(mean < share * mean[0])]) for share in _SLOWER if np.any(mean < share * mean[0])]
+    parts = coast.grouped(max(len(coast) // 200, 1))
+    slower = [parts.mean < share * parts.mean[0] for share in _SLOWER]
+    times = [float(parts.end[np.argmax(each)]) for each in slower if each.any()]
     return [*(t for t in times if t < stop), stop]
 
 
 class _Stretch:
     """A stretch that grows for as long as one flexible law fits it."""
 
-    def __init__(self, coast: Coast, noise: Noise | None) -> None:
+    def __init__(self, coast: Coast, noise: Noise | None = None) -> None:
         self.coast = coast
         fallen = 1 - coast.mean[-1] / coast.mean[0]
         self.terms = MODELS["constant + exponential + quadratic"] if fallen > 0.2 else MODELS["exponential + quadratic"]
@@ -164,7 +143,19 @@ class _Stretch:
     def _adopt(self, fit: LawFit) -> None:
         self.law, self.noise = fit.law, self.known or noise_of(fit.residual, fit.parameters)
 
-    def joins(self, wider: Coast) -> bool:
+    def grown(self, wider: Iterable[Coast]) -> Coast:
+        """Join wider stretches one after the other, and return the last that surely follows the law.
+
+        Where one does not join, the one before it may hold a little of what spoilt it.
+        """
+        joined = [self.coast]
+        for each in wider:
+            if not self._joins(each):
+                return joined[-2:][0]
+            joined.append(self.coast)
+        return joined[-1]
+
+    def _joins(self, wider: Coast) -> bool:
         """Adopt the wider stretch and return True if what it adds needs no step and no slope of its own."""
         if len(wider) <= len(self.coast):
             return True
@@ -215,7 +206,7 @@ def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate
     stretch : Coast
         From `find_stretch`.
     noise : Noise
-        From `noise_in`, or known.
+        From `noise_in`.
 
     Returns
     -------

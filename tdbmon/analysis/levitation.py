@@ -9,6 +9,7 @@ import xarray as xr
 
 from tdbmon.analysis.bent_line import BENDS, LevitatedMiss
 from tdbmon.analysis.gap import Gap
+from tdbmon.analysis.left_by_lines import with_lines
 from tdbmon.analysis.turning_speed import told_from_orders, turning_speed
 from tdbmon.analysis.vibration_zone import share_of_clearance
 from tdbmon.estimate import Estimate
@@ -98,8 +99,7 @@ def levitation(
     hums = periods >= _LEAST_TURNS and told_from_orders(periods, seconds * speed_hz, 2)
     turning = turning_speed(t, z, speed_hz, mains_hz if hums else None) or speed_hz
     frequencies = [turning, 2 * turning] + ([mains_hz] if hums else [])
-    waves = [wave(2 * np.pi * f * t) for f in frequencies for wave in (np.cos, np.sin)]
-    design = np.column_stack([np.ones_like(t), *waves])
+    design = with_lines(t, frequencies)
     coefficients, *_ = np.linalg.lstsq(design, z.T, rcond=None)
     left = z.T - design @ coefficients
     noise = float(np.sqrt(np.sum(left**2) / (left.size - coefficients.size)))
@@ -161,8 +161,7 @@ def unknown(why: str) -> Levitation:
 
 def _reach(z: np.ndarray, gap: Gap | None) -> Estimate:
     """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre."""
-    if gap is None or any(c.value is None for c in gap.centre):
+    if gap is None:
         return Estimate.missing("um", "the centre of the clearance is not known")
-    centre = np.array([c.value for c in gap.centre], dtype=float)
-    far = z[:, np.argmax(np.hypot(*(z - centre[:, None])))]
+    far = z[:, np.argmax(np.hypot(*(z - gap.place[:, None])))]
     return gap.away(far, "greatest distance from the clearance centre before the release", "0-pk")

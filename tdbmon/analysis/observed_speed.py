@@ -23,7 +23,7 @@ NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
 @dataclass(frozen=True)
 class Observed:
-    """Spans up to the release and after it, standstill, and the root of the noise's density where it is known.
+    """Spans up to the release and after it, and standstill.
 
     `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
     the interval of the scale, where the pulses set it; `delay` by how much the spans' times may be off either way, s.
@@ -34,7 +34,6 @@ class Observed:
     rest: Rest
     source: str
     ratio: Estimate
-    density: float | None = None
     tick: float = 0.0
     scale_half: float = 0.0
     delay: float = 0.0
@@ -61,9 +60,7 @@ def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> 
     return Observed(lead, after, Rest(False, last, last), "keyphasor pulses", NO_PULSES, tick=tick)
 
 
-def from_signal(
-    time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, sigma: float | None, held: float = 0.0
-) -> Observed:
+def from_signal(time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, held: float) -> Observed:
     """Return the means of a speed signal; its values may be older than their times by up to `held`, s: half is taken off."""
     last = float(time[-1])
     step = usual_interval(time)
@@ -82,9 +79,8 @@ def from_signal(
             rest = replace(rest, level=zero[0], level_sigma=zero[1], creep=zero[1])
     lead, after = (replace(coast, mean=(coast.mean - rest.level) / gain) for coast in (lead, after))
     after = replace(after, offset_sigma=rest.creep)
-    density = None if sigma is None else sigma / gain * float(np.sqrt(step))
     scale_half = 0.0 if gain == 1.0 or ratio.high is None else ratio.high / gain - 1
-    return Observed(lead, after, rest, source, ratio, density, scale_half=scale_half, delay=delay)
+    return Observed(lead, after, rest, source, ratio, scale_half=scale_half, delay=delay)
 
 
 def block_means(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:

@@ -16,6 +16,7 @@ from tdbsim.machine import Machine, Probe
 from tdbmon.analysis.returned import BOUNCING_S, at_rest
 from tdbmon.analysis.whirl import Whirl
 from tdbmon.record.finding import Check
+from tdbmon.record.samples import times_of
 
 _BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
 _NEARER = 0.5  # times the angle that a cause must leave at most, beside being within that
@@ -162,7 +163,7 @@ def _levitated(probes: list[Probe], record: xr.Dataset, release_s: float | None)
     """Return what the probes read before the release, m; None where the record does not show it."""
     if release_s is None:
         return None
-    before = [record[p.name].to_numpy()[record[str(record[p.name].dims[0])].to_numpy() < release_s] for p in probes]
+    before = [record[p.name].to_numpy()[times_of(record[p.name]) < release_s] for p in probes]
     if not all(np.isfinite(values).any() for values in before):
         return None
     return np.array([float(np.nanmean(values)) for values in before])

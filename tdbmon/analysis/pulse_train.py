@@ -14,7 +14,7 @@ _LEAP, _OUT = 0.03, 10.0  # turns, and standard deviations of the others
 
 
 def compare_with_pulses(
-    after: Coast, turns: Coast, step: float, with_zero: bool, delay: float = 0.0
+    after: Coast, turns: Coast, step: float, with_zero: bool, delay: float
 ) -> tuple[Estimate, tuple[float, float] | None]:
     """Compare the speed signal's revolutions with the pulses counted.
 

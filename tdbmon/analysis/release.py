@@ -175,14 +175,10 @@ def find_release(
         return not_told(why, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
-    clear = t < time[start] - _CLEAR_S
-    turning = turning_speed(t[clear], data[:, clear], speed_hz, mains)
-    orders = surface_orders(t[clear], data[:, clear], turning, mains, _SEEN_HZ * rate)
-    floor = _floor(t[clear], data[:, clear], turning, [*([mains] if mains else []), *orders])
-    sags = [hz for hz in bending_hz if hz < _SEEN_HZ * rate]
-    fit = ReleaseFit(t, data, machine.gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
-    if sag is not None and turning and "weights" in planes:
-        sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, turning))
+    levitated = t < time[start] - _CLEAR_S
+    fit = _laws(t, data, levitated, machine.gravity, speed_hz, mains, bending_hz, _SEEN_HZ * rate)
+    if sag is not None and fit.speed_hz and "weights" in planes:
+        sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, fit.speed_hz))
         # a rotor that is not the file's may not sag so at all
         fit = unless_worse(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
     # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
@@ -219,11 +215,25 @@ def find_release(
     )
 
 
-def _floor(t: np.ndarray, levitated: np.ndarray, turning: float | None, fitted: Sequence[float]) -> float | None:
-    """Return the frequency of a line of the floor, Hz; without a speed a line may as well be the shaft's."""
-    if not turning:
-        return None
-    return floor_line(t, levitated, [turning, 2 * turning, *fitted])
+def _laws(
+    t: np.ndarray,
+    data: np.ndarray,
+    levitated: np.ndarray,
+    gravity: float,
+    speed_hz: float | None,
+    mains: float | None,
+    bending_hz: Sequence[float],
+    fastest: float,
+) -> ReleaseFit:
+    """Return the laws of orbit and fall, with the lines up to the `fastest` (Hz) that the `levitated` samples show."""
+    before, orbit = t[levitated], data[:, levitated]
+    turning = turning_speed(before, orbit, speed_hz, mains)
+    orders = surface_orders(before, orbit, turning, mains, fastest)
+    hum = [mains] if mains else []
+    # without a speed a line may as well be the shaft's
+    floor = floor_line(before, orbit, [turning, 2 * turning, *hum, *orders]) if turning else None
+    sags = [hz for hz in bending_hz if hz < fastest]
+    return ReleaseFit(t, data, gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
 
 
 def not_told(why: str, falls: dict[str, Fall]) -> Release:
@@ -300,7 +310,8 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
     places = [(x, y) for x, y in fit.place(best.time).reshape(-1, 2).tolist()]
     out = {}
     for i, end in enumerate(ends):
-        rule = f"levitated orbit continued to the release{_where(planes, end)}"
+        where = ", at the probes" if planes.plane.sel(end=end) == "probe" else ""
+        rule = f"levitated orbit continued to the release{where}"
         (x, y), (vx, vy) = (
             [Estimate.from_sigma(v, s, unit, rule) for v, s in zip(value[order, i], sigma[order, i], strict=True)]
             for order, unit in enumerate(("um", "mm/s"))
@@ -427,7 +438,3 @@ def _misread(decay: float) -> str:
         f"a sudden release explains the fall as well as a force that decays in {decay * 1e3:.2g} ms, if the probes read up to"
         f" {percent(PROBE_SCALE)} too much or too little, as they may (check their sensitivity)"
     )
-
-
-def _where(planes: xr.Dataset, end: str) -> str:
-    return ", at the probes" if str(planes.plane.sel(end=end).item()) == "probe" else ""

@@ -141,6 +141,10 @@ class ReleaseFit:
         freedom = max(int(levitated.sum()) - design.shape[1], 4)
         return np.asarray(np.sqrt(np.sum(residual[:, levitated] ** 2, axis=1) / freedom))
 
+    def mean_noise(self, t0: float) -> float:
+        """Root of the mean square of `noise` over the channels, m; not nought."""
+        return max(float(np.sqrt(np.mean(self.noise(t0) ** 2))), 1e-9)
+
     def place(self, t0: float) -> Array:
         """Mean levitated position a channel, m."""
         return np.asarray(self.solved(t0)[0][0])
@@ -152,7 +156,7 @@ class ReleaseFit:
         size = np.hypot(*self.solved(t0)[0][1:3])
         return np.where(size > WIDE, (2 * np.pi * self.speed_hz) ** 2 * size, 0.0)
 
-    def state(self, t0: float, decay: float = 0.0) -> tuple[Array, Array]:
+    def state(self, t0: float, decay: float) -> tuple[Array, Array]:
         """Position and velocity a channel at the instant, and their standard deviations: (2, 2 n) each, m and m/s.
 
         Hum and the shaft's surface are left out.

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import eig
+from scipy.linalg import eig, eigh
 from tdbsim.machine import Machine, TouchdownBearing
 from tdbsim.modes import Modes, free_free
 from tdbsim.rotor import RotorModel, static_loads
@@ -181,8 +181,6 @@ def _modes(mass: Array, stiffness: Array, gyro: Array, basis: int, n: int) -> tu
     """Return frequencies, Hz, and sideways shares of M q'' + G q' + K q = 0."""
     size = len(mass)
     if not gyro.any():
-        from scipy.linalg import eigh
-
         squares, shapes = eigh(stiffness, mass, subset_by_index=(0, min(n, size) - 1))
         values = np.sqrt(np.maximum(squares, 0.0))
     else:

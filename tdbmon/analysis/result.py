@@ -13,6 +13,7 @@ from tdbsim.rotor import RotorModel
 
 from tdbmon.analysis.coast_down_times import CoastDownTimes
 from tdbmon.analysis.contacts import Contacts
+from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.analysis.gap import Gap
 from tdbmon.analysis.levitation import Levitation
 from tdbmon.analysis.phases import Phase
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     from tdbmon.record.finding import Check
 
 
+NO_SPEED = "the record holds no usable speed signal or keyphasor (see quality)"
 NO_DROP = "the shaft does not fall in this record (see drop)"
 
 
@@ -105,9 +107,25 @@ class EndResult:
         return self.air_gap.why or "the clearance circle is not known"
 
     @property
+    def circle(self) -> Gap:
+        """The clearance circle, its numbers missing where there is none."""
+        return self.gap or Gap.missing(self.unsettled)
+
+    @property
     def no_contact(self) -> str:
         """Why there is no first contact."""
         return self.unsettled if self.contacts is None else self.contacts.why or "no first contact was found"
+
+    @property
+    def first(self) -> FirstContact:
+        """The first contact, its numbers missing where none is told."""
+        found = None if self.contacts is None else self.contacts.first
+        return found or FirstContact.missing(self.no_contact)
+
+    @property
+    def contact_count(self) -> Estimate:
+        """How many contacts there were before the shaft settled."""
+        return Estimate.missing("1", self.unsettled) if self.contacts is None else self.contacts.count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -209,7 +227,7 @@ class Analysis:
     def coast_down(self) -> CoastDownTimes:
         """Times from the release until the speed has fallen to a half and to a tenth."""
         if self.rundown is None:
-            return CoastDownTimes.missing("the record holds no usable speed signal or keyphasor (see quality)")
+            return CoastDownTimes.missing(NO_SPEED)
         found = self.rundown.coast_down
         return CoastDownTimes(*(since(each, self.release_time, "s") for each in (found.half, found.tenth)))
 

@@ -63,11 +63,10 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
 
 def _held(time: np.ndarray, near: np.ndarray) -> str:
     """Say from when to when a shaft hovers `near` where it levitated, for longer than any bounce lasts; "" where it does not."""
-    runs = runs_of(near)
-    hovers = runs.where(time[runs.first + runs.length - 1] - time[runs.first] > _TAIL_S)
-    if not len(hovers):
+    hovers = next(iter(runs_of(near).lasting(time, _TAIL_S)), None)
+    if hovers is None:
         return ""
-    begin, end = (float(time[i]) for i in (hovers.first[0], hovers.first[0] + hovers.length[0] - 1))
+    begin, end = float(time[hovers.start]), float(time[hovers.stop - 1])
     return (
         f"from {begin:.4g} s to {end:.4g} s the shaft is back where it levitated: the magnetic bearings took the rotor up again"
         " (cut the record before that)"

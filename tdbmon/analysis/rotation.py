@@ -16,6 +16,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses, shaft_angle
 from tdbmon.record.keyphasor import speed as pulse_speed
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.speed_checks import STANDSTILL_HZ, starting_speed
 
 _FEWEST = 4  # values of a speed
@@ -53,13 +54,11 @@ class Rotation:
         if "speed" in record:
             channel = record["speed"]
             held = float(channel.attrs.get(HELD, 0.0))
-            hz = channel.to_numpy()
-            finite = np.isfinite(hz)
-            time, hz = record[channel.dims[0]].to_numpy()[finite], hz[finite]
+            time, hz = known_samples(channel)
         fewest = max(_FEWEST, len(time) + 1)  # a speed logged once a second, say, tells less
         if key is not None and len(key.times) >= fewest:
             time, hz, _ = pulse_speed(key)
-            return cls(time, hz, key, record[record["keyphasor"].dims[0]].to_numpy())
+            return cls(time, hz, key, times_of(record["keyphasor"]))
         return cls(time, hz, key, held=held)
 
     @property

@@ -155,7 +155,6 @@ def fit_rundown(
     *,
     release_time: float,
     polar_inertia: float | None,
-    sigma: float | None = None,
     pulses: Pulses | None = None,
     held: float = 0.0,
 ) -> RunDown:
@@ -171,9 +170,6 @@ def fit_rundown(
         s.
     polar_inertia : float or None
         kg m^2.
-    sigma : float, optional
-        Standard deviation of the speed signal's noise, Hz, where it is known to be white.  Otherwise an autoregression is
-        estimated from the residuals.
     pulses : Pulses, optional
         Of the keyphasor, with the turns counted.  They set the scale of the speed signal, or serve alone.
     held : float, optional
@@ -187,14 +183,11 @@ def fit_rundown(
     Raises
     ------
     InputError
-        If the arrays cannot be a record: lengths differ, times do not rise, neither speed nor pulses are given.
+        If neither speed nor pulses are given.
     """
-    time = np.asarray(time, dtype=float)
-    signal = None if speed is None else np.asarray(speed)
-    _check(time, signal, pulses, release_time, polar_inertia, sigma)
     turns = None if pulses is None else without_holes(between(pulses), time)
-    if signal is not None:
-        observed = from_signal(time, signal, turns, release_time, sigma, held)
+    if speed is not None:
+        observed = from_signal(time, speed, turns, release_time, held)
     elif turns is not None:
         observed = from_pulses(turns, time, release_time, tick_of(pulses, time))
     else:
@@ -220,14 +213,12 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
 
 def _run(observed: Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
     lead, after, rest = observed.lead, observed.after, observed.rest
-    density, source, ratio = observed.density, observed.source, observed.ratio
+    source, ratio = observed.source, observed.ratio
     before: LawFit | None = None
 
     def without(why: str, models: tuple[SpeedModel, ...] = (), level: LawFit | None = None) -> RunDown:
-        levitated = before or levitated_law(lead, release, _known(lead, density))
-        initial = speed_at_release(
-            levitated, lead, release, source, bound=_unsure(observed, levitated), delay=observed.delay
-        )
+        levitated = before or levitated_law(lead, release, None)
+        initial = speed_at_release(levitated, lead, release, source, None, _unsure(observed, levitated), observed.delay)
         return RunDown.missing(
             why,
             initial=initial,
@@ -244,14 +235,13 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     head = float(np.median(after.mean[:FEWEST]))
     if head <= max(6 * scatter, 0.0) / np.sqrt(FEWEST):
         return without(f"the speed after the release is {head:.3g} Hz: nothing turns forward in this record")
-    noise = _known(after, density)
-    stretch = find_stretch(after, release, rest.lost_from, noise)
+    stretch = find_stretch(after, release, rest.lost_from)
     if stretch is None:
         return without("too few means of the speed before standstill")
     reached = bool(stretch.end[-1] >= min(rest.turning_until, after.end[-1]) - 1e-9)
     if reached:  # a law of constant drag down to zero: the rotor does rest
         stretch = replace(stretch, offset_sigma=rest.level_sigma)
-    noise = noise or noise_in(stretch)
+    noise = noise_in(stretch)
     # the run-down shows the noise's colour better than the few samples of levitation do
     share = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
     before = levitated_law(lead, release, Noise(np.empty(0), noise.slow * share))
@@ -336,12 +326,6 @@ def _unsure(observed: Observed, levitated: LawFit | None) -> float:
     return float(np.hypot(observed.tick / (observed.lead.end[-1] - levitated.law.start), observed.scale_half))
 
 
-def _known(coast: Coast, density: float | None) -> Noise | None:
-    if density is None or not len(coast):
-        return None
-    return Noise(np.empty(0), density / float(np.sqrt(_span(coast))))
-
-
 def _span(coast: Coast) -> float:
     return float(np.median(coast.end - coast.begin))
 
@@ -363,27 +347,3 @@ def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float
         )
         return Estimate.missing("N m", why)
     return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
-
-
-def _check(
-    time: np.ndarray,
-    speed: np.ndarray | None,
-    pulses: Pulses | None,
-    release: float,
-    polar_inertia: float | None,
-    sigma: float | None,
-) -> None:
-    if time.ndim != 1 or len(time) < 2 or not np.all(np.diff(time) > 0):
-        raise InputError("the times of the speed signal do not rise from sample to sample; give them in s, in order")
-    if speed is not None and speed.shape != time.shape:
-        raise InputError(f"{speed.size} values of speed against {time.size} times; give one speed a sample")
-    if pulses is not None and not np.all(np.diff(pulses.times) > 0):
-        raise InputError("the pulse times do not rise from pulse to pulse; give them in s, in order")
-    if not time[0] <= release < time[-1]:
-        raise InputError(f"the release at {release:g} s lies outside the record ({time[0]:g} to {time[-1]:g} s)")
-    if polar_inertia is not None and not polar_inertia > 0:
-        raise InputError(
-            f"polar inertia {polar_inertia:g} kg m^2 is not positive; compute it from the rotor's sections"
-        )
-    if sigma is not None and not sigma > 0:
-        raise InputError(f"noise of {sigma:g} Hz is not positive; leave `sigma` out to have it estimated")

@@ -137,7 +137,7 @@ def waterfall(planes: xr.Dataset, window_s: float | None = None, step_s: float |
     Raises
     ------
     InputError
-        If a window is longer than the record or shorter than 16 samples, or the step is not positive.
+        If a window is longer than the record or shorter than 16 samples.
     """
     frame = _Frame.of(planes, window_s, step_s)
     amplitude = np.abs(frame.transform(planes))
@@ -170,9 +170,7 @@ def full_spectrum(planes: xr.Dataset, sense: int, window_s: float | None = None)
     return frame.dataset(planes, variables)
 
 
-def cascade(
-    spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float | None = None
-) -> xr.Dataset:
+def cascade(spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float) -> xr.Dataset:
     """Spectra against speed: those of a waterfall averaged in power over equal steps of speed.
 
     Parameters
@@ -181,8 +179,8 @@ def cascade(
         Result of `waterfall` or `full_spectrum`.
     speed_time, speed_hz : ndarray, shape (n,)
         Speed, Hz, on its own samples, s.
-    step_hz : float, optional
-        Width of a step, Hz; by default a hundredth of the highest speed.
+    step_hz : float
+        Width of a step, Hz.
 
     Returns
     -------
@@ -204,10 +202,7 @@ def cascade(
     if not inside.any():
         raise InputError("no speed is known at the times of the spectra; a cascade needs it")
     speed = np.maximum(mean_over(at, hz, centre[inside], spectra.attrs["window_s"]), 0.0)
-    width = step_hz if step_hz is not None else max(speed.max() / 100, 1e-6)
-    if not width > 0:
-        raise InputError(f"a speed step of {width:g} Hz makes no cascade; give a positive one")
-    steps, member, count = np.unique(np.floor(speed / width), return_inverse=True, return_counts=True)
+    steps, member, count = np.unique(np.floor(speed / step_hz), return_inverse=True, return_counts=True)
     variables = {}
     for name, values in spectra.data_vars.items():
         power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
@@ -220,8 +215,8 @@ def cascade(
         variables[name] = (dims, np.moveaxis(mean, 0, -2), values.attrs)
     variables["spectra"] = (("speed",), count, {})
     coords = {name: c for name, c in spectra.coords.items() if "time" not in c.dims}
-    coords["speed"] = xr.DataArray((steps + 0.5) * width, dims="speed", attrs={"units": "Hz"})
-    return xr.Dataset(variables, coords=coords, attrs={**spectra.attrs, "speed_step_hz": float(width)})
+    coords["speed"] = xr.DataArray((steps + 0.5) * step_hz, dims="speed", attrs={"units": "Hz"})
+    return xr.Dataset(variables, coords=coords, attrs={**spectra.attrs, "speed_step_hz": step_hz})
 
 
 def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: float) -> np.ndarray:
@@ -256,8 +251,6 @@ class _Frame:
                 f" give 16 samples ({16 / rate:g} s) to the whole record ({duration:g} s)"
             )
         step = round((length / 4) if step_s is None else step_s * rate)
-        if step < 1:
-            raise InputError(f"a step of {step_s:g} s is less than one sample; give at least {1 / rate:g} s")
         bins = min(length // 2, int(_TOP_HZ * length / rate)) + 1
         return cls(rate, length, step, bins, float(planes.time[0]))
 

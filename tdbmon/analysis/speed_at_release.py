@@ -69,9 +69,9 @@ def speed_at_release(
     lead: Coast,
     release: float,
     source: str,
-    quantile: float | None = None,
-    bound: float = 0.0,
-    delay: float = 0.0,
+    quantile: float | None,
+    bound: float,
+    delay: float,
 ) -> Estimate:
     """Return the speed at the release (s) by the levitated law, Hz, which was sought in `lead`.
 

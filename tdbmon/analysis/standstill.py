@@ -7,7 +7,7 @@ from dataclasses import KW_ONLY, dataclass
 import numpy as np
 
 from tdbmon.analysis.autoregression import noise_of
-from tdbmon.analysis.drag_law import Coast, LawFit, stopping_time
+from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
 from tdbmon.estimate import Estimate
 
 _TAIL = 0.05  # share of the record by which rest is judged
@@ -83,9 +83,8 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     if turns is not None and len(turns) and turns.end[-1] > coast.begin[-count]:
         return none
     size = max(len(coast) // _GROUPS, 1)
-    parts = len(coast) // size
-    mean = coast.mean[: parts * size].reshape(parts, size).mean(axis=1) - level
-    end = coast.end[size - 1 : parts * size : size]
+    parts = coast.grouped(size)
+    mean = parts.mean - level
     one = float(np.hypot(spread / np.sqrt(size), sigma))
     final = _last_above(mean, _TURNING * one)
     if final is None:
@@ -94,9 +93,9 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     # slow from the first on, it does not show how it came to be so
     creeps = fast is not None and slow is not None and final - slow > max(_STOPS * (slow - fast), 1)
     lost = np.flatnonzero(mean[final:] < _LOST * one)
-    lost_from = float(end[final + lost[0]]) if lost.size else last
-    until = float(end[final])
-    fading, turned = lost_from - until, float(coast.begin[final * size])
+    lost_from = float(parts.end[final + lost[0]]) if lost.size else last
+    until = float(parts.end[final])
+    fading, turned = lost_from - until, float(parts.begin[final])
     if turns is not None and len(turns):
         pulse = float(turns.end[-1])
         until, lost_from, turned = max(until, pulse), max(lost_from, pulse), max(turned, pulse)
@@ -156,7 +155,7 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
         return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
     if not reached:
         return Estimate.missing("s", "the fitted law does not hold down to the slowest measured speed")
-    times = np.sort(fit.law.start + stopping_time(fit.draw(_DRAWS)))
+    times = np.sort(fit.law.start + slowing_time(fit.draw(_DRAWS), 0.0))
     low, high = times[round(0.025 * _DRAWS)], times[round(0.975 * _DRAWS)]
     if rest.found:
         return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")

@@ -122,16 +122,13 @@ def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:
     """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
-    first = None if end.contacts is None else end.contacts.first
-    untouched = Estimate.missing("s", end.no_contact)
-    touch, duration, rebound = (untouched,) * 3 if first is None else (first.touch, first.duration, first.rebound)
     rows = [
-        ("radius at rest", Estimate.missing("um", end.unsettled) if end.gap is None else end.gap.radius),
+        ("radius at rest", end.circle.radius),
         ("  from the swing", end.gap_from_swing),
         ("air gap", end.air_gap),
-        ("first contact", touch),
-        ("  duration", duration),
-        ("  rebound", rebound),
+        ("first contact", end.first.touch),
+        ("  duration", end.first.duration),
+        ("  rebound", end.first.rebound),
         ("single-mass stiffness", end.stiffness),
     ]
     lines: list[str] = []

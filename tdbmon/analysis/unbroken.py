@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -41,4 +40,4 @@ def without_holes(coast: Coast, time: np.ndarray) -> Coast:
     step = float(np.median(np.diff(time)))  # a span reaches half a sample beyond its last one
     held = np.searchsorted(begin, coast.begin + step, side="right") - 1
     whole = (held >= 0) & (coast.end <= end[np.maximum(held, 0)] + step)
-    return replace(coast, begin=coast.begin[whole], end=coast.end[whole], mean=coast.mean[whole])
+    return coast.at(whole)

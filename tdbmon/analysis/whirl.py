@@ -20,12 +20,12 @@ stays hidden than a few turns take, that no whirl was found says nothing.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
-from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.missing_stretches import too_long
@@ -135,14 +135,14 @@ class Whirl:
         return self.longest_backward or self.longest_full
 
 
-def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float = -np.inf) -> Whirl:
+def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float) -> Whirl:
     """Judge the whirl of an end by the machine file's gap about the probes' zero, as far as no clearance circle is known."""
     gap = machine.bearing(end).radial_gap.nominal
     return replace(find_whirl(planes, end, (0.0, 0.0), gap, machine.sense, start_s), drawn=True)
 
 
 def find_whirl(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float = -np.inf
+    planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float = -np.inf
 ) -> Whirl:
     """Judge the whirl of one end.
 
@@ -151,7 +151,7 @@ def find_whirl(
     planes : Dataset
         ``displacement(end, axis, time)``, m.
     end : str
-    centre : tuple of float
+    centre : (2,) array
         Centre of the clearance, m.
     gap : float
         Radius of the clearance circle, m.
@@ -163,11 +163,6 @@ def find_whirl(
     Returns
     -------
     Whirl
-
-    Raises
-    ------
-    InputError
-        If `gap` is not positive.
     """
     time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
     hidden = _hidden(time, radius)
@@ -188,11 +183,9 @@ def find_whirl(
 
 
 def _polar(
-    planes: xr.Dataset, end: str, centre: tuple[float, float], gap: float, sense: int, start_s: float
+    planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time, radius in gaps and angle about the centre (positive with the rotation), thinned; short hidden arcs are bridged."""
-    if not gap > 0:
-        raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
     every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ + _ROUNDING))
     some = slice(int(np.searchsorted(time, start_s)), None, every)

@@ -121,7 +121,7 @@ def _frame(ax: Axes, title: str) -> None:
 def _radius(analysis: Analysis, end: str) -> float:
     """Radius of the clearance circle of an end that has one, µm."""
     gap = analysis.ends[end].gap
-    return 0.0 if gap is None or gap.radius.value is None else gap.radius.value * UM
+    return 0.0 if gap is None else gap.size * UM
 
 
 def _circle(ax: Axes, centre: np.ndarray, radius: float) -> None:

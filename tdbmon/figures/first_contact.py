@@ -73,7 +73,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
     ax.set_ylabel("outward from the clearance centre [µm]")
     first = result.contacts.first if result.contacts is not None else None
-    if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
+    if first is None or result.gap is None or first.touch.value is None:
         return
     ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
     origin = 0.0 if release is None else release
@@ -96,7 +96,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
         label="measured",
         rasterized=True,
     )
-    rest = result.gap.radius.value
+    rest = result.gap.size
     touching = rest - (result.travel.total - analysis.machine.bearing(end).balls.play)
     ax.axhline(rest * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label="radius at rest")
     ax.axhline(touching * UM, color=GREY, linewidth=0.8, linestyle=(0, (1, 1)), label="touching radius")

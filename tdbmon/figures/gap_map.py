@@ -22,7 +22,6 @@ from tdbmon.figures.style import (
     SKY,
     UM,
     Margins,
-    centre_of,
     circled_ends,
     legend_below,
     new_figure,
@@ -66,10 +65,10 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_xlabel("x (right) [µm]")
     ax.set_ylabel("y (up) [µm]")
     ax.set_aspect("equal", adjustable="box")
-    gap, centre = analysis.ends[end].gap, centre_of(analysis, end) * UM
-    if gap is None or gap.radius.value is None:
+    gap = analysis.ends[end].gap
+    if gap is None:
         return
-    radius = gap.radius.value * UM
+    centre, radius = gap.place * UM, gap.size * UM
     ax.plot(*(gap.points.T * UM), ".", markersize=1.5, color=BLUE, rasterized=True, label="settled positions")
     ax.add_patch(
         Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=1.0, label="fitted circle, radius at rest")
@@ -138,10 +137,10 @@ class ResidualRadius:
 def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
     """Return how far an end's settled positions lie off its circle; None without one."""
     gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None:
+    if gap is None:
         return None
-    away = gap.points - centre_of(analysis, end)
-    residual = (np.hypot(*away.T) - gap.radius.value) * UM
+    away = gap.points - gap.place
+    residual = (np.hypot(*away.T) - gap.size) * UM
     angle = np.rad2deg(np.arctan2(away[:, 0], -away[:, 1]))
     bins, rows = np.round(angle / _BIN_DEG).astype(int), []
     for b in np.unique(bins):
@@ -156,7 +155,7 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_xlabel("angle from the bottom, towards +x [°]")
     ax.set_ylabel("residual radius [µm]")
     found, gap = residual_radius(analysis, end), analysis.ends[end].gap
-    if found is None or gap is None or gap.radius.value is None:
+    if found is None or gap is None:
         return
     angle, residual, (least, most) = found.angle, found.residual, found.scale
     ax.plot(angle, residual, ".", markersize=1.2, color=SKY, alpha=0.6, rasterized=True)
@@ -171,6 +170,6 @@ def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.axhline(0.0, color=BLACK, linewidth=0.9)
     ax.set_xlim(*np.quantile(angle, [0.0, 1.0]))
     if gap.radius.low is not None and gap.radius.high is not None:
-        low, high = ((limit - gap.radius.value) * UM for limit in (gap.radius.low, gap.radius.high))
+        low, high = ((limit - gap.size) * UM for limit in (gap.radius.low, gap.radius.high))
         ax.axhspan(low, high, color=GREY, alpha=0.15, linewidth=0, label="95 % interval of the radius")
     ax.set_ylim(least, most)

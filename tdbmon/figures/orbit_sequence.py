@@ -21,7 +21,6 @@ from tdbmon.figures.style import (
     Margins,
     centre_of,
     clipped,
-    has_circle,
     legend_below,
     new_figure,
     released,
@@ -152,8 +151,8 @@ def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
     """Clearance circle, rotation arrow and limits; returns whether the panel is magnified."""
     gap = analysis.ends[end].gap
     centre = centre_of(analysis, end) * UM
-    if gap is not None and has_circle(analysis, end):
-        radius, label = float(gap.radius.value or 0.0) * UM, "clearance circle"
+    if gap is not None:
+        radius, label = gap.size * UM, "clearance circle"
     else:
         radius, label = (
             analysis.machine.bearing(end).radial_gap.nominal * UM,

@@ -315,14 +315,11 @@ def released(analysis: Analysis) -> float | None:
 
 
 def has_circle(analysis: Analysis, end: str) -> bool:
-    """Whether radius and centre of an end's clearance circle are known."""
-    gap = analysis.ends[end].gap
-    return gap is not None and None not in (gap.radius.value, gap.centre[0].value, gap.centre[1].value)
+    """Whether an end's clearance circle is known."""
+    return analysis.ends[end].gap is not None
 
 
 def centre_of(analysis: Analysis, end: str) -> np.ndarray:
     """Clearance centre of an end, m; the probes' zero where it is not known."""
     gap = analysis.ends[end].gap
-    if gap is None or gap.centre[0].value is None or gap.centre[1].value is None:
-        return np.zeros(2)
-    return np.array([gap.centre[0].value, gap.centre[1].value])
+    return np.zeros(2) if gap is None else gap.place

@@ -18,7 +18,6 @@ from tdbmon.figures.style import (
     PURPLE,
     UM,
     Margins,
-    centre_of,
     legend_below,
     mark_phases,
     name_axis,
@@ -93,13 +92,11 @@ def _scaled(line: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray
 def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
     """Draw how far the shaft centre can go along this axis before it touches, about the clearance centre."""
     gap = analysis.ends[end].gap
-    if gap is None or gap.radius.value is None:
+    if gap is None:
         return
-    middle = centre_of(analysis, end)[0 if axis == "x" else 1]
+    middle = gap.place[0 if axis == "x" else 1]
     for sign, label in ((1, "clearance circle at rest load"), (-1, None)):
-        ax.axhline(
-            (middle + sign * gap.radius.value) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label
-        )
+        ax.axhline((middle + sign * gap.size) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label)
 
 
 def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:

@@ -62,24 +62,21 @@ def _of_rotor(analysis: Analysis) -> list[Feature]:
 
 
 def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
-    gap, contacts = end.gap, end.contacts
-    first = None if contacts is None else contacts.first
-    unsettled, untouched = end.unsettled, end.no_contact
-    release = analysis.release_time
+    circle, first = end.circle, end.first
     whirl = analysis.whirl.get(end.name)
-    unwhirled = unsettled if whirl is None else whirl.hidden
+    unwhirled = end.unsettled if whirl is None else whirl.hidden
     values = {
-        "gap_um": gap.radius if gap else Estimate.missing("um", unsettled),
+        "gap_um": circle.radius,
         "gap_from_swing_um": end.gap_from_swing,
-        "gap_oval_um": gap.oval if gap else Estimate.missing("um", unsettled),
-        "gap_centre_x_um": gap.centre[0] if gap else Estimate.missing("um", unsettled),
-        "gap_centre_y_um": gap.centre[1] if gap else Estimate.missing("um", unsettled),
+        "gap_oval_um": circle.oval,
+        "gap_centre_x_um": circle.centre[0],
+        "gap_centre_y_um": circle.centre[1],
         "stiffness_n_per_m": end.stiffness,
-        "fall_time_ms": since(first.touch, release, "ms") if first else Estimate.missing("ms", untouched),
-        "first_contact_duration_ms": _in(first.duration, "ms") if first else Estimate.missing("ms", untouched),
-        "rebound_um": first.rebound if first else Estimate.missing("um", untouched),
-        "restitution": first.restitution if first else Estimate.missing("1", untouched),
-        "contacts": contacts.count if contacts else Estimate.missing("1", unsettled),
+        "fall_time_ms": since(first.touch, analysis.release_time, "ms"),
+        "first_contact_duration_ms": _in(first.duration, "ms"),
+        "rebound_um": first.rebound,
+        "restitution": first.restitution,
+        "contacts": end.contact_count,
         "deepest_um": end.deepest,
         "whirl_backward_s": _whirled(None if whirl is None else whirl.backward_longest_s, unwhirled),
         "whirl_full_s": _whirled(None if whirl is None else whirl.full_longest_s, unwhirled),

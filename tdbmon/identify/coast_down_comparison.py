@@ -158,13 +158,8 @@ def scalars(whole: CoastDown) -> list[tuple[str, Estimate, Estimate]]:
         rows.append((f"Swing {k + 1}, small", a.swings[k], b.swings[k]))
     for end in a.ends:
         if end in b.ends:
-            rows.append((f"{end}: radius at rest", _radius(a, end), _radius(b, end)))
+            rows.append((f"{end}: radius at rest", a.ends[end].circle.radius, b.ends[end].circle.radius))
     return rows
-
-
-def _radius(analysis: Analysis, end: str) -> Estimate:
-    found = analysis.ends[end]
-    return Estimate.missing("um", found.unsettled) if found.gap is None else found.gap.radius
 
 
 def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:

@@ -15,7 +15,7 @@ from tdbsim.machine import Machine, Probe
 from tdbsim.rotor import build_rotor
 
 from tdbmon.analysis.axes import to_planes
-from tdbmon.analysis.exchanged_probes import check_exchanged
+from tdbmon.analysis.exchanged_probes import ExchangedProbes, exchanged_probes
 from tdbmon.analysis.free_fall import check_free_fall, check_probe_scales
 from tdbmon.analysis.missing_stretches import said, too_long
 from tdbmon.analysis.release import Release, release_of, springing_back
@@ -30,7 +30,7 @@ from tdbmon.record.finding import Check
 from tdbmon.record.held_end import never_touches
 from tdbmon.record.lift_off import from_lift_off
 from tdbmon.record.lost_samples import without_flat_tops, without_lost_samples
-from tdbmon.record.quality import check, left_out, repair_gaps
+from tdbmon.record.quality import LeftOut, check, left_out, repair_gaps
 from tdbmon.record.sensor_effects import freed
 from tdbmon.record.skipped_samples import with_skipped_samples
 from tdbmon.record.slow_roll import without_slow_roll
@@ -225,8 +225,8 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
     )
     _check_length(time, release, stages.least, name)
     _check_touch(planes, machine, release, name)
-    crossed = check_exchanged(planes, seen, upright, release)
-    failed += crossed
+    crossed = exchanged_probes(planes, seen, upright, release)
+    failed += [] if crossed is None else [crossed.check]
     compensated = without_slow_roll(laid, machine)
     raw = np.stack([compensated[p.name].values for p in probes])
     places = [f"{name}: probe '{p.name}'" for p in probes]
@@ -265,7 +265,7 @@ def measured_drop(record: xr.Dataset, machine: Machine) -> MeasuredDrop:
         ),
         foreign=next((f"{name}: {each.detail}" for each in failed if each.check == "machine"), ""),
         whirls_backward=tuple(each.channel for each in failed if each.check == "whirl"),
-        crossed=tuple(pair for each in crossed for pair in _crossed_pairs(each, probes)),
+        crossed=_crossed_pairs(crossed, probes),
         scale_doubts=tuple(f"{name}: {each.channel}: {each.detail}" for each in scales),
         compensated=compensated is not laid,
         flight=stages.flight,
@@ -279,11 +279,10 @@ def _failed_scale_checks(found: Release, machine: Machine) -> tuple[list[Check],
     return free_fall, [*free_fall, *(each for each in check_probe_scales(found, machine) if not each.passed)]
 
 
-def _crossed_pairs(found: Check, probes: Sequence[Probe]) -> list[tuple[str, str]]:
-    """Return the pair of probes named by the check of circles, and the pair of the others, which it cannot distinguish."""
-    named = found.channel.split(", ")
-    others = [probe.name for probe in probes if probe.name not in named]
-    return [(pair[0], pair[1]) for pair in (named, others) if len(pair) == 2]
+def _crossed_pairs(found: ExchangedProbes | None, probes: Sequence[Probe]) -> tuple[tuple[str, str], ...]:
+    """Return the pairs of probes that look exchanged, among those used."""
+    names = {probe.name for probe in probes}
+    return () if found is None else tuple(pair for pair in found.pairs if names.issuperset(pair))
 
 
 def _known_release(found: Release | None, name: str) -> tuple[Release, float]:
@@ -299,12 +298,12 @@ def _known_release(found: Release | None, name: str) -> tuple[Release, float]:
 
 
 def _probe_remarks(
-    machine: Machine, probes: Sequence[Probe], unused: Mapping[str, str], lost: Mapping[str, int]
+    machine: Machine, probes: Sequence[Probe], unused: Mapping[str, LeftOut], lost: Mapping[str, int]
 ) -> list[str]:
     """Return remarks on the probes of a machine that are not used, and on missing samples of the others."""
     said = [
         f"calibrated without probe '{p.name}'"
-        + (f", which {unused[p.name].partition(' (see ')[0]}" if p.name in unused else "")  # no table of checks here
+        + (f", which {unused[p.name].why}" if p.name in unused else "")  # checks have no table here
         + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes

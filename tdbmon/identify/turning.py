@@ -19,6 +19,7 @@ from tdbmon.analysis.observed_speed import between, block_means
 from tdbmon.identify.even_stretch import last_even_means, last_even_turns
 from tdbmon.record.held_speed import HELD
 from tdbmon.record.keyphasor import Pulses, pulses
+from tdbmon.record.samples import times_of
 
 Array = NDArray[np.float64]
 
@@ -189,7 +190,7 @@ def _even_speed_since(laid: xr.Dataset, release: float) -> float:
     if "speed" not in laid:
         return -math.inf
     channel = laid["speed"]
-    time = channel[channel.dims[0]].values
+    time = times_of(channel)
     means = block_means(time, channel.values, -math.inf, release, _MEANS)
     even = last_even_means(means)
     if len(even) == len(means):
@@ -203,7 +204,7 @@ def _speed_rows(laid: xr.Dataset, release: float, begin: float) -> list[tuple[Ar
     if "speed" not in laid:
         return []
     channel = laid["speed"]
-    at = laid[channel.dims[0]].values - release
+    at = times_of(channel) - release
     keep = (at < 0) & (at >= begin - release) & np.isfinite(channel.values)
     at, hz = at[keep], channel.values[keep]
     held = float(channel.attrs.get(HELD, 0.0))

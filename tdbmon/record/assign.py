@@ -11,7 +11,7 @@ from tdbsim.units import is_unit, scale
 from tdbmon.record.dataset import as_record
 from tdbmon.record.held_speed import speed_at_updates
 from tdbmon.record.held_values import at_own_rates
-from tdbmon.record.one_time import Series, on_one_time
+from tdbmon.record.one_time import on_one_time
 
 _PAUSE = 0.5  # s
 _SENSITIVITY = 'sensitivity = "7.87 mV/um"'
@@ -72,12 +72,14 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
             lacking.append(lack)
     if lacking:
         raise InputError(str(lacking[0]) if len(lacking) == 1 else _all_lacking(source, lacking))
-    times = {str(dimension): ds[dimension] for dimension in ds.sizes}
-    data, times, remarks = at_own_rates(data, times, [name for name in data if name in probes])
-    data, times, slow = speed_at_updates(data, times)
-    data, times, moved = on_one_time(data, times, machine)
+    laid = xr.Dataset(
+        {name: array.variable for name, array in data.items()}, {dimension: ds[dimension] for dimension in ds.sizes}
+    )
+    laid, remarks = at_own_rates(laid, [name for name in data if name in probes])
+    laid, slow = speed_at_updates(laid)
+    laid, moved = on_one_time(laid, machine)
     remarks += slow + moved
-    out = _collect(data, times)
+    out = _with_times_in_order(laid)
     out.attrs = dict(ds.attrs)
     out.attrs["missing"] = [name for name in wanted if name not in data]
     used = {found[name] for name in data}
@@ -117,12 +119,10 @@ def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
     group, _, bare = channel.rpartition("/")
     if group and bare in ds.data_vars and ds[bare].attrs.get("group") == group:
         return bare
-    stored = [str(name) for name, array in ds.data_vars.items() if _is_end(channel, array.attrs.get("stored", ""))]
+    stored = [
+        str(name) for name, array in ds.data_vars.items() if f"/{array.attrs.get('stored', '')}".endswith(f"/{channel}")
+    ]
     return stored[0] if len(stored) == 1 else None
-
-
-def _is_end(channel: str, path: str) -> bool:
-    return f"/{path}".endswith(f"/{channel}")
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
@@ -153,8 +153,9 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
     if units == "m":
         return array
     if _unstated(units) and probe.unit is not None:
-        array = _rescaled(array, *_stated(probe.unit))
-        return array if array.attrs["units"] == "m" else _displacement(array, probe, place)
+        if not _is_voltage(probe.unit):
+            return _rescaled(array, scale(probe.unit, "m"), 0.0, "m")
+        array, units = _rescaled(array, scale(probe.unit, "V"), 0.0, "V"), "V"
     if units == "V" or (units in ("", "1") and probe.sensitivity is not None):
         if probe.sensitivity is None:
             said = (
@@ -170,12 +171,6 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
         raise _Lacks(said, place, _NO_UNIT, f'unit = "um" (or {_SENSITIVITY} for volts) with each probe')
     cure = _wrong(units, "m", f"unit = \"um\" with probe '{probe.name}'")
     raise InputError(f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {cure}")
-
-
-def _stated(unit: str) -> tuple[float, float, str]:
-    """Return factor, offset and SI unit of a channel whose unit the machine file states."""
-    si = "V" if _is_voltage(unit) else "m"
-    return scale(unit, si), 0.0, si
 
 
 def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
@@ -253,14 +248,12 @@ def _without_pause(time: np.ndarray, source: str) -> None:
         )
 
 
-def _collect(data: Series, times: Series) -> xr.Dataset:
-    """Put the channels together; the first one's time base becomes ``time``, and what is infinite is missing."""
-    dimensions = list(dict.fromkeys(array.dims[0] for array in data.values()))
+def _with_times_in_order(ds: xr.Dataset) -> xr.Dataset:
+    """Return a record in which the first channel's time base is ``time``, none is unused, and what is infinite is missing."""
+    dimensions = dict.fromkeys(array.dims[0] for array in ds.data_vars.values())
     names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
-    out = xr.Dataset(
-        coords={names[old]: (names[old], times[str(old)].values, times[str(old)].attrs) for old in dimensions}
-    )
-    for name, array in data.items():
+    out = xr.Dataset(coords={new: (new, ds[old].values, ds[old].attrs) for old, new in names.items()})
+    for name, array in ds.data_vars.items():
         values = np.asarray(array.values)
         if np.isinf(values).any():
             values = np.where(np.isinf(values), np.nan, values)

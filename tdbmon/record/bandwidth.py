@@ -30,7 +30,7 @@ def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
     begin, end = (min(hz, share * rate) for hz, share in zip(_FAST_HZ, _FAST_SHARE, strict=True))
     if begin < _LEAST_HZ:
         return []
-    slow, fast = (_between(lines.hz, *band) for band in (_SLOW_HZ, (begin, end)))
+    slow, fast = ((lines.hz > low) & (lines.hz < high) for low, high in (_SLOW_HZ, (begin, end)))
     usual = np.quantile(lines.each[:, slow], _LOW, axis=1)
     share = np.median(lines.each[:, fast], axis=1) / np.maximum(usual, 1e-300)
     if not np.any(filtered := share < _FALLS_OFF):
@@ -42,7 +42,3 @@ def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
         f" acquisition off, or set it to {begin / 1e3:.3g} kHz or more"
     )
     return [Check("bandwidth", "", False, detail)]
-
-
-def _between(hz: np.ndarray, low: float, high: float) -> np.ndarray:
-    return (hz > low) & (hz < high)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections import Counter
+from collections.abc import Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -125,27 +126,35 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     data: dict[str, xr.DataArray] = {}
     for channel in channels:
         data[_variable_name(channel.name)] = _variable(channel, bases.dimension_of(channel))
-    record = xr.Dataset(data, coords=bases.coordinates())
-    record.attrs = {
+    dropped = iso_date(content.drop_time)
+    always: dict[str, Any] = {
         "source_file": path.name,
         "sha256": sha256_of(path),
         "reader": reader,
         "title": content.title,
-        "drop_time": iso_date(content.drop_time),
+        "drop_time": dropped,
     }
-    if content.drop_time and not record.attrs["drop_time"]:
-        record.attrs["drop_time_unread"] = content.drop_time
-    if record.attrs["drop_time"] and content.drop_time_from:
-        record.attrs["drop_time_from"] = content.drop_time_from
-    if content.incomplete:
-        record.attrs["incomplete"] = content.incomplete
-    if content.machine:
-        record.attrs["machine"] = content.machine
-    if left_out:
-        record.attrs["left_out"] = left_out
-    if content.beside:
-        record.attrs["beside"] = dict(content.beside)
-    return record
+    where_told = {
+        "drop_time_unread": "" if dropped else content.drop_time,
+        "drop_time_from": content.drop_time_from if dropped else "",
+        "incomplete": content.incomplete,
+        "machine": content.machine,
+        "left_out": left_out,
+        "beside": dict(content.beside),
+    }
+    attributes = always | {name: value for name, value in where_told.items() if value}
+    return xr.Dataset(data, coords=bases.coordinates(), attrs=attributes)
+
+
+def named_apart(channels: Sequence[Channel]) -> tuple[Channel, ...]:
+    """Return channels whose group stands before a name that occurs more than once."""
+    count = Counter(channel.name for channel in channels)
+    return tuple(
+        replace(channel, name=f"{channel.group}/{channel.name}")
+        if channel.group and count[channel.name] > 1
+        else channel
+        for channel in channels
+    )
 
 
 def si_unit(unit: str) -> tuple[str, float]:
@@ -187,10 +196,8 @@ def _in_seconds(channels: list[Channel]) -> list[Channel]:
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     units, factor = si_unit(channel.unit)
-    scale, offset = (
-        channel.scale * factor,
-        channel.offset * factor,
-    )  # once, so that a packed record is written back exactly
+    # once, so that a packed record is written back exactly
+    scale, offset = channel.scale * factor, channel.offset * factor
     values = np.asarray(channel.values)
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
     with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
@@ -240,42 +247,18 @@ class _TimeBases:
         self._times: list[np.ndarray] = []
         self._counted: set[int] = set()
         self._dimensions: dict[str, int] = {}
-        regular: dict[tuple[float, float, int], int] = {}
-        given: dict[int, int] = {}
+        known: dict[Hashable, int] = {}
         for channel in channels:
-            n = len(channel.values)
+            stated = (channel.start, channel.interval, len(channel.values))
+            key = stated if channel.time is None else id(channel.time)
             if channel.time is not None:
                 _check_length(channel, channel.time, path)
-                index = given.get(id(channel.time))
-                if index is None:
-                    counted = _counted(channel)
-                    index = self._add(_checked(channel, path) if counted is None else counted)
-                    if counted is not None:
-                        self._counted.add(index)
-                    given[id(channel.time)] = index
-            else:
-                if channel.interval is None or not np.isfinite(channel.interval) or channel.interval <= 0:
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' has no time base (interval {channel.interval} s); give the"
-                        " file a time channel in s or a sampling rate in Hz"
-                    )
-                if n == 0:
-                    raise InputError(f"{path}: channel '{channel.name}' has no samples")
-                if not np.isfinite(channel.start):
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' starts at {channel.start} s; its time is damaged"
-                    )
-                last = abs(channel.start) + channel.interval * n
-                if channel.interval < 4 * np.spacing(last):
-                    raise InputError(
-                        f"{path}: channel '{channel.name}' starts at {channel.start:g} s, too late to tell samples"
-                        f" {channel.interval:g} s apart; repair its start time"
-                    )
-                key = (channel.start, channel.interval, n)
-                if key not in regular:
-                    regular[key] = self._add(channel.start + channel.interval * np.arange(n))
-                index = regular[key]
-            self._dimensions[channel.name] = index
+            if key not in known:
+                counted = _counted(channel)
+                known[key] = self._add(_times(channel, path) if counted is None else counted)
+                if counted is not None:
+                    self._counted.add(known[key])
+            self._dimensions[channel.name] = known[key]
         self._first = min(time[0] for time in self._times)
 
     def _add(self, time: np.ndarray) -> int:
@@ -340,6 +323,28 @@ def _counted(channel: Channel) -> np.ndarray | None:
     if abs(time[-1] - time[0] - seconds) > 2 * coarse + _DRIFT * seconds:
         return None
     return np.asarray(time[0] + channel.interval * np.arange(len(time)))
+
+
+def _times(channel: Channel, path: Path) -> np.ndarray:
+    """Return the times of a channel's samples, s: those given, or evenly from its start on."""
+    if channel.time is not None:
+        return _checked(channel, path)
+    name, start, interval, n = channel.name, channel.start, channel.interval, len(channel.values)
+    if interval is None or not np.isfinite(interval) or interval <= 0:
+        raise InputError(
+            f"{path}: channel '{name}' has no time base (interval {interval} s); give the file a time channel in s or a"
+            " sampling rate in Hz"
+        )
+    if n == 0:
+        raise InputError(f"{path}: channel '{name}' has no samples")
+    if not np.isfinite(start):
+        raise InputError(f"{path}: channel '{name}' starts at {start} s; its time is damaged")
+    if interval < 4 * np.spacing(abs(start) + interval * n):
+        raise InputError(
+            f"{path}: channel '{name}' starts at {start:g} s, too late to tell samples {interval:g} s apart; repair its start"
+            " time"
+        )
+    return start + interval * np.arange(n)
 
 
 def _checked(channel: Channel, path: Path) -> np.ndarray:

@@ -12,6 +12,7 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import pulses
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import usual_interval
 
 _HOLE = 10  # intervals: less is a few samples, in which no rotor slows
@@ -55,7 +56,7 @@ def _jumps(record: xr.Dataset, machine: Machine) -> list[tuple[float, float]]:
     name = next((each for each in ("speed", "keyphasor") if each in record), None)
     if name is None:
         return []
-    time = record[record[name].dims[0]].to_numpy()
+    time = times_of(record[name])
     if len(time) < 2 * _FEWEST:
         return []
     interval = usual_interval(time)
@@ -63,9 +64,8 @@ def _jumps(record: xr.Dataset, machine: Machine) -> list[tuple[float, float]]:
     if not holes.size:
         return []
     if name == "speed":
-        known = np.isfinite(record["speed"].to_numpy())
-        begin = end = time[known]
-        hz = record["speed"].to_numpy()[known]
+        begin, hz = known_samples(record["speed"])
+        end = begin
     else:
         key = pulses(record, machine)
         begin, end, hz = key.times[:-1], key.times[1:], np.diff(key.turns) / np.diff(key.times)

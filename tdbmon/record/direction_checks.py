@@ -9,7 +9,8 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
-from tdbmon.record.held_end import Path, held_ends, middle
+from tdbmon.record.held_end import DOWN_DEG, Path, aside, held_ends, middle
+from tdbmon.record.samples import times_of
 
 _LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
 STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
@@ -17,7 +18,6 @@ _LIES = 0.7  # of it, from the probes' zero: a levitated shaft stands nearer
 _ACROSS = 0.17  # sine of the angle between two probes that span the plane: 10 degrees
 _LEAST_SAMPLES = 200
 _MOVED = (0.3, 10.0)  # gaps between levitation and rest; less is no fall, more no rotor
-_DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
 
 
 def motions_of(ds: xr.Dataset, machine: Machine) -> dict[str, Path]:
@@ -33,7 +33,7 @@ def _motion_at(ds: xr.Dataset, machine: Machine, end: str) -> Path | None:
         axes = np.array([[np.cos(p.angle), np.sin(p.angle)] for p in (one, other)])
         readings = np.stack((ds[one.name].values, ds[other.name].values))
         x, y = np.linalg.solve(axes, np.where(np.isfinite(readings), readings, np.nan))
-        return ds[ds[one.name].dims[0]].values, x + 1j * y
+        return times_of(ds[one.name]), x + 1j * y
     return None
 
 
@@ -64,11 +64,11 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
             continue
         if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:
             continue
-        off = float(np.degrees(np.angle(moved / -1j)))
-        detail = f"settles {um(abs(moved))} from where it began, {abs(off):.0f} deg from straight down"
+        off = aside(moved)
+        detail = f"settles {um(abs(moved))} from where it began, {off:.0f} deg from straight down"
         names = ", ".join(probe.name for probe in machine.probes_at(end))
         cure = f": check sign of the sensitivity and angle of {names}, and that no two are swapped"
-        down = abs(off) < _DOWN_DEG
+        down = off < DOWN_DEG
         found.append(Check("fall", end, down, detail + ("" if down else cure)))
     return found
 

@@ -58,11 +58,6 @@ def prepare(values: np.ndarray) -> Signal:
     return Signal(values, steps, quantum, Runs(equal.first, equal.length + 1))
 
 
-def missing_runs(signal: Signal) -> Runs:
-    """Return the runs of samples without a value."""
-    return runs_of(np.isnan(signal.values))
-
-
 def clipped_runs(signal: Signal, full_scale: tuple[float, float] | None) -> Runs:
     """Return runs of equal samples at full scale, or at the largest or smallest value where it is reached abruptly."""
     flat = signal.flat

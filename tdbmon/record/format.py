@@ -28,8 +28,8 @@ class Format(Protocol):
         """Return all channels, loaded into memory."""
 
 
-def library(module: str, extra: str, path: Path, name: str) -> Any:
-    """Import the library of an optional format.
+def library(module: str, reader: Format, path: Path) -> Any:
+    """Import the library of an optional format for a file.
 
     Raises
     ------
@@ -39,4 +39,6 @@ def library(module: str, extra: str, path: Path, name: str) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError:
-        raise InputError(f"{path}: is a {name} file; to read it run: pip install 'tdbmon[{extra}]'") from None
+        raise InputError(
+            f"{path}: is a {reader.name} file; to read it run: pip install 'tdbmon[{reader.extra}]'"
+        ) from None

@@ -25,7 +25,7 @@ _LATE = 0.25  # of what follows the other end's fall: there the shaft has settle
 # of the greatest excursion, by which a shaft that fell lies away at rest at least; three quarters are usual
 _SETTLES = 0.5
 _MOVES = 0.5  # of it, rms: a whirl
-_DOWN_DEG = 60.0  # within which a fall goes down
+DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
 _LEAST_TURNS, _TURNS = 5, 20  # of the shaft, in which it is asked for once per revolution
 _BOUNCING_S = 0.1  # after the fall of the other end, whose blows are felt at this one
 _SLOWER = 0.15  # of the speed, by which it falls until then at most
@@ -35,6 +35,11 @@ _HUM = 0.05  # of the speed: mains so near look like once per revolution
 def middle(z: NDArray[np.complex128]) -> complex:
     """Return the median place of a path, axis by axis: numpy's own median of complex numbers is a point on an orbit."""
     return complex(np.median(z.real), np.median(z.imag))
+
+
+def aside(moved: complex) -> float:
+    """Return by how much a motion goes to the side of straight down, deg."""
+    return abs(float(np.degrees(np.angle(moved / -1j))))
 
 
 def never_touches(start: complex, reach: float, bearing: TouchdownBearing, share: float = _TOUCHED) -> bool:
@@ -109,8 +114,7 @@ def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
 def _like_a_fall(late: NDArray[np.complex128], reach: float) -> bool:
     """Return whether a shaft lies or moves late in a record, from where it levitated, as a drop on a small scale does."""
     rest = complex(np.mean(late))
-    down = abs(np.degrees(np.angle(rest / -1j))) < _DOWN_DEG
-    return bool((down and abs(rest) > _SETTLES * reach) or np.std(late) > _MOVES * reach)
+    return bool((aside(rest) < DOWN_DEG and abs(rest) > _SETTLES * reach) or np.std(late) > _MOVES * reach)
 
 
 def turns_throughout(

@@ -6,10 +6,11 @@ Each value is that at its update or before, by up to the time that it stands: sa
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 
 from tdbmon.record.finding import Check
-from tdbmon.record.held_values import changes, picked
-from tdbmon.record.one_time import Series
+from tdbmon.record.held_values import changes, with_some_samples
+from tdbmon.record.samples import times_of
 from tdbmon.record.timebase import usual_interval
 
 HELD = "held_s"  # attribute of a speed: how long each of its values stands, s
@@ -20,45 +21,23 @@ _ONE = 1.5  # times that stretch: longer ones hold several updates to one value
 _SAME = 1.01  # times the smallest change of value: all are steps of one converter
 
 
-def speed_at_updates(data: Series, times: Series) -> tuple[Series, Series, list[Check]]:
-    """Return channels with each value of a held speed once, at the time at which it came, and what was held.
+def speed_at_updates(ds: xr.Dataset) -> tuple[xr.Dataset, list[Check]]:
+    """Return a record with each value of a held speed once, at the time at which it came, and a remark where it is held.
 
-    Parameters
-    ----------
-    data : dict of DataArray
-        Channels by their machine name, each along one dimension.
-    times : dict of DataArray
-        Time along each of these dimensions, s.
-
-    Returns
-    -------
-    data, times : dict of DataArray
-        A held speed on a dimension of its own, with the attribute `HELD`.
-    remarks : list of Check
-        One where the speed is held.
+    It is then on a time base of its own, with the attribute `HELD`.
     """
-    if "speed" not in data:
-        return data, times, []
-    array = data["speed"]
-    found = updates(array.to_numpy())
+    found = updates(ds["speed"].to_numpy()) if "speed" in ds else None
     if found is None:
-        return data, times, []
+        return ds, []
     at, length = found
-    dim = str(array.dims[0])
-    own = f"{dim} of the speed's updates"
-    time = times[dim]
-    seconds = length * usual_interval(time.to_numpy())
-    updated = picked(array, own, at)
-    updated.attrs[HELD] = seconds
+    seconds = length * usual_interval(times_of(ds["speed"]))
+    ds = with_some_samples(ds, "speed", at, f"{ds['speed'].dims[0]} of the speed's updates")
+    ds["speed"].attrs[HELD] = seconds
     said = (
         f"every value stands {seconds:.3g} s: taken once each, at its update. It is the speed there or up to {seconds:.3g} s"
         " before, which intervals contain"
     )
-    return (
-        {**data, "speed": updated},
-        {**times, own: picked(time, own, at)},
-        [Check("held values", "speed", True, said)],
-    )
+    return ds, [Check("held values", "speed", True, said)]
 
 
 def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:

@@ -11,7 +11,6 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.record.finding import Check
-from tdbmon.record.one_time import Series
 from tdbmon.record.timebase import usual_rate
 
 _FEWEST = 50  # changes of value, by which it is told
@@ -19,49 +18,28 @@ _EARLY = 4096  # samples, that mostly show already that none is held
 _MOST_STEPS = 0.5  # of all steps, that change the value: fewer are those of a coarse converter
 
 
-def at_own_rates(data: Series, times: Series, probes: Sequence[str]) -> tuple[Series, Series, list[Check]]:
-    """Return channels with each held value of a probe once, at the time at which it came, and what was held.
-
-    Parameters
-    ----------
-    data : dict of DataArray
-        Channels by their machine name, each along one dimension.
-    times : dict of DataArray
-        Time along each of these dimensions, s.
-    probes : sequence of str
-        Those of the channels that are probes.
-
-    Returns
-    -------
-    data, times : dict of DataArray
-        Held probes on dimensions of their own.
-    remarks : list of Check
-        One a held probe.
-    """
-    data, times = dict(data), dict(times)
+def at_own_rates(ds: xr.Dataset, probes: Sequence[str]) -> tuple[xr.Dataset, list[Check]]:
+    """Return a record with each held value of its probes once, at the time at which it came, and a remark on each held probe."""
     remarks: list[Check] = []
     for name in probes:
-        array = data[name]
-        dim = str(array.dims[0])
-        first, times_held = held(array.to_numpy())
+        first, times_held = held(ds[name].to_numpy())
         if times_held == 1:
             continue
-        own, once = f"{dim} from {first} by {times_held}", slice(first, None, times_held)
-        if own not in times:
-            times[own] = picked(times[dim], own, once)
-        data[name] = picked(array, own, once)
-        hz = usual_rate(times[own].to_numpy())
+        own = f"{ds[name].dims[0]} from {first} by {times_held}"
+        ds = with_some_samples(ds, name, slice(first, None, times_held), own)
+        hz = usual_rate(ds[own].to_numpy())
         remarks.append(
             Check("held values", name, True, f"every value stands {times_held} times: taken once each, at {hz:.5g} Hz")
         )
-    return data, times, remarks
+    return ds, remarks
 
 
-def picked(array: xr.DataArray, own: str, once: slice | np.ndarray) -> xr.DataArray:
-    """Return some samples of a channel (n,), on a dimension of their own."""
-    taken = xr.DataArray(array.to_numpy()[once], dims=(own,), attrs=array.attrs)
-    taken.encoding = dict(array.encoding)
-    return taken
+def with_some_samples(ds: xr.Dataset, name: str, once: slice | np.ndarray, own: str) -> xr.Dataset:
+    """Return a record with some samples of a channel only, on a time base `own`."""
+    array = ds[name]
+    time = ds[array.dims[0]]
+    taken = xr.Variable(own, array.to_numpy()[once], array.attrs, array.encoding)
+    return ds.assign_coords({own: (own, time.to_numpy()[once], time.attrs)}).assign({name: taken})
 
 
 def held(values: np.ndarray) -> tuple[int, int]:

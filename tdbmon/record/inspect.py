@@ -12,6 +12,7 @@ import xarray as xr
 
 from tdbmon.record.date import unread_date
 from tdbmon.record.read import read
+from tdbmon.record.samples import times_of
 from tdbmon.record.timebase import LONG, usual_interval
 
 _HEADINGS = (
@@ -123,7 +124,7 @@ def _row(info: ChannelInfo) -> tuple[str, ...]:
 
 def _channel(name: str, record: xr.Dataset) -> ChannelInfo:
     array = record[name]
-    values, time = array.values, record[array.dims[0]].values
+    values, time = array.values, times_of(array)
     finite = values[np.isfinite(values)]
     intervals = np.diff(time)
     typical = float(np.median(intervals)) if intervals.size else None

@@ -10,6 +10,7 @@ from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.estimate import Estimate
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import before_holes
 from tdbmon.runs import runs_of
 
@@ -86,11 +87,7 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
             " and the record that channel"
         )
     array = ds["keyphasor"]
-    time = ds[array.dims[0]].values
-    values = array.values
-    good = np.isfinite(values)
-    if not good.all():
-        time, values = time[good], values[good]
+    time, values = known_samples(array)
     levels = _levels(values)
     if levels is None:
         return _none("the signal has one level only")
@@ -105,7 +102,7 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     kept = _without_extra(_without_bounces(edges))
     extra = int(edges.size - kept.size)
     turns, missed = _turns(kept)
-    in_holes = _missed_in_holes(kept, turns, ds[array.dims[0]].values)
+    in_holes = _missed_in_holes(kept, turns, times_of(array))
     seen = kept.size
     count = machine.keyphasor.pulses_per_revolution
     first_of_turn = turns % count == 0
@@ -134,7 +131,7 @@ def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
     if machine.keyphasor is None or "keyphasor" not in ds:
         return None
     array = ds["keyphasor"]
-    time, values = array[array.dims[0]].values, array.values
+    time, values = times_of(array), array.values
     levels = _levels(values[np.isfinite(values)])
     if levels is None:
         return None
@@ -212,11 +209,9 @@ def stated_over_counted(ds: xr.Dataset, pulses: Pulses, slowest: float = -np.inf
         Of the turns between the channel's first and last value, and the standard deviation by that of the pulses.
     """
     at, hz, sigma = speed(pulses)
-    channel = ds["speed"]
-    known = np.isfinite(channel.values)
-    if not known.any():
+    time, stated = known_samples(ds["speed"])
+    if not time.size:
         return np.empty(0), np.empty(0)
-    time, stated = channel[channel.dims[0]].values[known], channel.values[known]
     inside = (at >= time[0]) & (at <= time[-1]) & (hz > slowest)
     return np.interp(at[inside], time, stated) / hz[inside], sigma[inside] / hz[inside]
 

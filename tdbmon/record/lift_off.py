@@ -54,11 +54,9 @@ def _levitates_from(ds: xr.Dataset, machine: Machine) -> float | None:
         return None
     seen = np.isfinite(height).any(axis=0)  # a stretch without values is not up: it is as what lies around it
     time, height = time[seen], height[:, seen]
-    runs = runs_of(~np.any(height - first[:, None] <= _UP, axis=0))
-    held = runs.where(time[runs.first + runs.length - 1] - time[runs.first] > _HELD_S)
-    if not len(held):
+    up = next(iter(runs_of(~np.any(height - first[:, None] <= _UP, axis=0)).lasting(time, _HELD_S)), None)
+    if up is None:
         return None
-    up = next(iter(held))
     return _from_orbit(time[up], height[:, up])
 
 

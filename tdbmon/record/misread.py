@@ -10,6 +10,7 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.record.finding import Check
 from tdbmon.record.lost_samples import without_flat_tops
+from tdbmon.record.samples import times_of
 
 FEW = 0.005  # of the samples: more move the circle that is fitted to the rest
 _FAR = 3.0  # radial gaps from the centre: no rotor gets there
@@ -34,7 +35,7 @@ def misread(ds: xr.Dataset, machine: Machine, start: float, checks: Iterable[Che
     probes = [p for p in machine.probes if p.name in ds and any((p.name, check) in failed for check in _CHECKS)]
     uncut = without_flat_tops(ds, machine) if probes else ds
     for probe in probes:
-        time = ds[ds[probe.name].dims[0]].values
+        time = times_of(ds[probe.name])
         after = time >= start
         values = ds[probe.name].values[after]
         low, high = limits(probe, machine.bearing(probe.end).radial_gap.nominal)

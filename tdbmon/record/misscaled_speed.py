@@ -11,6 +11,7 @@ import numpy as np
 import xarray as xr
 
 from tdbmon.record.levitated_lines import STANDS_OUT, STRONG, WIDTH, LevitatedLines, vertex
+from tdbmon.record.samples import known_samples
 
 _OFF = 0.02  # of the speed: less is followed by the analysis of the release
 _REACH = 0.15  # of the speed: so far the shaft's line is sought
@@ -54,13 +55,12 @@ def true_speed(ds: xr.Dataset, lines: LevitatedLines, stated: float) -> float | 
 
 def _turns(ds: xr.Dataset, time: np.ndarray, stated: float) -> np.ndarray | None:
     """Angle of the shaft over the levitated stretch by the speed signal, revolutions: its course is a straight line there."""
-    speed = ds["speed"]
-    at = speed[speed.dims[0]].values
-    near = (at >= time[0]) & (at <= time[-1]) & np.isfinite(speed.values)
+    at, hz = known_samples(ds["speed"])
+    near = (at >= time[0]) & (at <= time[-1])
     if near.sum() < 2:
         return None
     middle = float(np.mean(at[near]))
-    slope = np.polyfit(at[near] - middle, speed.values[near], 1)[0] if np.ptp(at[near]) > 0 else 0.0
+    slope = np.polyfit(at[near] - middle, hz[near], 1)[0] if np.ptp(at[near]) > 0 else 0.0
     since = time - time[0]
     return np.asarray(stated * since + 0.5 * slope * since**2)
 

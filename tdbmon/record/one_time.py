@@ -14,6 +14,7 @@ import xarray as xr
 from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check
+from tdbmon.record.samples import times_of
 from tdbmon.record.timebase import LONG, usual_interval
 
 _ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
@@ -26,10 +27,7 @@ _MANY = 0.01  # of the record: to lose less is of no account
 HARD_CONTACT = 200.0
 
 
-Series = dict[str, xr.DataArray]
-
-
-def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, Series, list[Check]]:
+def on_one_time(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:
     """Read probes of one rate at the times of the one time base that most of them have, over the stretch that all have.
 
     Where a probe was sampled between those times, its value is that of a straight line between its samples: over an
@@ -37,47 +35,37 @@ def on_one_time(data: Series, times: Series, machine: Machine) -> tuple[Series, 
 
     Parameters
     ----------
-    data : dict of DataArray
-        Channels by their machine name, each along one dimension.
-    times : dict of DataArray
-        Time along each of these dimensions, s.
+    ds : Dataset
+        Channels by their machine name.
     machine : Machine
 
     Returns
     -------
-    data, times : dict of DataArray
+    ds : Dataset
         Probes of one rate on one dimension; everything else as it was.
     remarks : list of Check
         What was cut or read between samples; passed where it is of no account.
     """
     remarks: list[Check] = []
-    data, times = dict(data), dict(times)
-    for names in _of_one_rate(data, times, [probe.name for probe in machine.probes if probe.name in data]):
-        leading = Counter(str(data[name].dims[0]) for name in names).most_common(1)[0][0]
-        reference = times[leading]
-        names = [name for name in names if _overlap(reference.values, times[str(data[name].dims[0])].values) > _LEAST]
-        if len({data[name].dims for name in names}) < 2:
+    for names in _of_one_rate(ds, [probe.name for probe in machine.probes if probe.name in ds]):
+        leading = Counter(str(ds[name].dims[0]) for name in names).most_common(1)[0][0]
+        reference = ds[leading].to_numpy()
+        owns = {name: times_of(ds[name]) for name in names}
+        owns = {name: own for name, own in owns.items() if _overlap(reference, own) > _LEAST}
+        if len({ds[name].dims for name in owns}) < 2:
             continue
-        common = _common(reference.values, [times[str(data[name].dims[0])].values for name in names])
-        whole = len(common) == reference.size
-        target = leading if whole else f"{leading} in common"
-        if not whole:
-            times[target] = xr.DataArray(common, dims=(target,), attrs=reference.attrs)
-        remarks += _cut(
-            names, {name: times[str(data[name].dims[0])].values for name in names}, reference.values, common
-        )
-        lead = next(name for name in names if data[name].dims == (leading,))
-        for name in names:
-            array = data[name]
-            own = times[str(array.dims[0])].values
-            values, between = _read_at(common, own, array.values)
-            moved = xr.DataArray(values, dims=(target,), attrs=array.attrs)
+        common = _common(reference, list(owns.values()))
+        target = leading if len(common) == reference.size else f"{leading} in common"
+        remarks += _cut(owns, reference, common)
+        lead = next(name for name in owns if ds[name].dims == (leading,))
+        moved = {}
+        for name, own in owns.items():
+            values, between = _read_at(common, own, ds[name].to_numpy())
+            moved[name] = xr.Variable(target, values, ds[name].attrs, None if between else ds[name].encoding)
             if between:
                 remarks.append(_between(name, lead, own, common))
-            else:
-                moved.encoding = dict(array.encoding)
-            data[name] = moved
-    return data, times, remarks
+        ds = ds.assign_coords({target: (target, common, ds[leading].attrs)}).assign(moved)
+    return ds, remarks
 
 
 def best_time_base(ds: xr.Dataset, machine: Machine, names: Sequence[str]) -> tuple[str, ...]:
@@ -103,10 +91,10 @@ def _interval(time: np.ndarray) -> float:
     return usual_interval(time) if time.size > 1 else np.inf
 
 
-def _of_one_rate(data: Series, times: Series, names: list[str]) -> list[list[str]]:
+def _of_one_rate(ds: xr.Dataset, names: list[str]) -> list[list[str]]:
     groups: list[tuple[float, list[str]]] = []
     for name in names:
-        interval = _interval(times[str(data[name].dims[0])].values)
+        interval = _interval(times_of(ds[name]))
         known = next((held for each, held in groups if abs(interval / each - 1) < _ONE_RATE), None)
         if known is not None:
             known.append(name)
@@ -139,11 +127,10 @@ def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[
     return out, bool(between.any())
 
 
-def _cut(names: list[str], owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[Check]:
-    """Tell of each probe that begins late or ends early, and so takes samples from the others."""
+def _cut(owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[Check]:
+    """Tell of each probe that begins late or ends early, by the probes' `owns` times, and so takes samples from the others."""
     found = []
-    for name in names:
-        own = owns[name]
+    for name, own in owns.items():
         lacks = int(np.sum(reference < own[0]) + np.sum(reference > own[-1]))
         # a probe sampled between the others' times has none at their first or last
         granted = 1 if own.size == reference.size else 0

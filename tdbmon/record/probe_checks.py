@@ -14,6 +14,7 @@ from tdbmon.record import faults
 from tdbmon.record.finding import Check, span, um
 from tdbmon.record.lost_samples import JUMP, clipped_of, dropout_check, dropouts, flat_tops, spikes
 from tdbmon.record.misread import limits
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import Runs, runs_of
 
@@ -37,7 +38,7 @@ _FACTORS = {
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     """Check a probe by itself: missing samples, motion, unit, clipping, dropouts, range and jumps, as far as it shows them."""
     name, array = probe.name, ds[probe.name]
-    time, signal = ds[array.dims[0]].values, faults.prepare(array.values)
+    time, signal = times_of(array), faults.prepare(array.values)
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
     if finite.size < 2:
         return [Check("dead", name, False, "holds no value at all: check its cable and the logger's channel")]
@@ -53,16 +54,8 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # a few odd samples decide no unit
     swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
-    found.append(
-        Check(
-            "dead",
-            name,
-            False,
-            f"moves by {um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver",
-        )
-        if dead
-        else Check("dead", name, True, f"moves by {um(moved)} pk-pk")
-    )
+    little = f"{um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver"
+    found.append(Check("dead", name, not dead, f"moves by {little if dead else f'{um(moved)} pk-pk'}"))
     if dead and (not _moves_slowly(finite) or lost.longest > _STUCK * array.size):
         return found  # noise has no unit that is written wrong, nor has what stands still
     unit = _unit(name, moved, swing, gap, str(array.attrs.get("source_units", "")))
@@ -83,8 +76,7 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
     """A failed check where no probe moves as in a drop; None where one does, or where no probe holds a value."""
     travel, leaves = [], False
     for probe in probes:
-        values = ds[probe.name].values
-        values = values[np.isfinite(values)]
+        _, values = known_samples(ds[probe.name])
         if values.size > 1:
             moved = float(np.ptp(values))
             travel.append((moved, machine.bearing(probe.end).radial_gap.nominal))
@@ -117,7 +109,7 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
     begun, gaps = [], [machine.bearing(probe.end).radial_gap.nominal for probe in probes]
     fall = float(np.sqrt(2 * max(gaps, default=0.0) / machine.gravity)) if machine.gravity > 0 else 0.0
     for probe, gap in zip(probes, gaps, strict=True):
-        values, time = ds[probe.name].values, ds[ds[probe.name].dims[0]].values
+        values, time = ds[probe.name].values, times_of(ds[probe.name])
         if not np.isfinite(values).any():
             continue
         last = time > time[-1] - _SOON * fall
@@ -208,12 +200,8 @@ def _jumps(name: str, time: np.ndarray, signal: faults.Signal, peaks: Runs, step
         words.append(
             f"{len(peaks)} spikes, the first of {um(size)} at {time[i]:.5g} s (their samples are taken as missing)"
         )
-    return Check(
-        "jumps",
-        name,
-        False,
-        f"{' and '.join(words)}: no rotor moves like that; look for a loose contact or a change of range",
-    )
+    cause = "no rotor moves like that; look for a loose contact or a change of range"
+    return Check("jumps", name, False, f"{' and '.join(words)}: {cause}")
 
 
 def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
@@ -237,7 +225,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
 
 def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check:
     """Check that every sample of a channel at times (n,), s, has a value."""
-    runs = faults.missing_runs(signal)
+    runs = runs_of(np.isnan(signal.values))
     if not len(runs):
         return Check("nan", name, True, "every sample has a value")
     share = runs.total / signal.values.size

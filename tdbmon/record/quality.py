@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from typing import NamedTuple
+
 import numpy as np
 import xarray as xr
 from tdbsim.errors import did_you_mean
@@ -19,6 +22,7 @@ from tdbmon.record.keyphasor import Pulses, pulses_if_any, sampling_for_pulses
 from tdbmon.record.one_time import best_time_base
 from tdbmon.record.probe_checks import SHORT_GAP, cut_in_fall, missing_samples, no_drop, probe_checks, twins
 from tdbmon.record.probe_places import check_places
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.slow_roll import without_slow_roll
 from tdbmon.record.speed_checks import (
     dead_speed,
@@ -78,22 +82,23 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     hovers = [] if early is not None else _at_held_ends(ds, machine, first_speed(ds, marks))
     for probe in probes:
         of_probe = probe_checks(ds, machine, probe)
+        if early is not None or probe.name in hovers:
+            of_probe = [each for each in of_probe if each.check not in ("dead", "unit")]
         if probe.name in hovers:
             why = "moves little, since its end stays levitated: once per revolution is seen to the end of the fall and after it"
-            of_probe = [
-                Check("dead", probe.name, True, why),
-                *(each for each in of_probe if each.check not in ("dead", "unit")),
-            ]
-        found += [each for each in of_probe if early is None or each.check not in ("dead", "unit")]
+            found.append(Check("dead", probe.name, True, why))
+        found += of_probe
     found = with_suspect_gap(found, ds, machine)
     found += [early] if early is not None else []
     dead = dead_speed(ds, marks) if "speed" in ds else ""
     if "speed" in ds:
-        found += [Check("dead", "speed", False, dead)] if dead else _speed_signal(ds)
+        constant = Check("dead", "speed", True, "is constant: a set-point rather than a measured speed?")
+        found += [Check("dead", "speed", False, dead)] if dead else _signal(ds, constant)
         found += check_speed_spikes(ds)
         ds = without_speed_spikes(ds)
     if "keyphasor" in ds:
-        found += _key_signal(ds)
+        why = ", as the shaft stands" if stands(ds) else ": check its cable and the logger's channel"
+        found += _signal(ds, Check("dead", "keyphasor", stands(ds), f"holds one value only{why}"))
     found += twins(ds, probes)
     if early is None:  # else the fall may hide in what seems levitated
         found += check_bandwidth(
@@ -102,7 +107,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += fall_directions(ds, machine)
     if marks is not None:
         found.append(_keyphasor(ds, machine, marks))
-        found += broken_turn_checks(marks, ds[ds["keyphasor"].dims[0]].values)
+        found += broken_turn_checks(marks, times_of(ds["keyphasor"]))
     found += whirl_directions(without_slow_roll(ds, machine), machine, first_speed(ds, marks))
     if "speed" in ds and not dead:
         found.append(speed_check(ds, machine, marks))
@@ -121,32 +126,37 @@ def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[st
     found = []
     for end in held:
         names = [probe.name for probe in machine.probes_at(end) if probe.name in ds]
-        channels = [ds[name].dropna(ds[name].dims[0]) for name in names]
-        if all(turns_throughout(each[each.dims[0]].values, each.values, hz, fell, machine.mains) for each in channels):
+        if all(turns_throughout(*known_samples(ds[name]), hz, fell, machine.mains) for name in names):
             found += names
     return found
 
 
-def left_out(ds: xr.Dataset, machine: Machine, checks: tuple[Check, ...]) -> dict[str, str]:
-    """Return the probes that are not fit for analysis, and why, as words to follow the name.
+class LeftOut(NamedTuple):
+    """Why a probe is not fit for analysis, in words to follow its name, and the check that tells more; "" for none."""
+
+    why: str
+    see: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.why} (see {self.see})" if self.see else self.why
+
+
+def left_out(ds: xr.Dataset, machine: Machine, checks: Iterable[Check]) -> dict[str, LeftOut]:
+    """Return the probes that are not fit for analysis, and why.
 
     Those are probes that are missing, dead, identical with another one (one of the two is not what its name says), a
     factor of ten or more off the gap, without a value in half of their samples or more, or on another time base than
     the one that shows most.
     """
-    out = {name: "is not in the record (see present)" for name in _absent(ds, machine)}
+    out = {p.name: LeftOut("is not in the record", "present") for p in machine.probes if p.name not in ds}
     for entry in checks:
         if not entry.passed and entry.check in _UNFIT:
-            out[entry.channel] = f"{_UNFIT[entry.check]} (see {entry.check})"
+            out[entry.channel] = LeftOut(_UNFIT[entry.check], entry.check)
     kept = [probe.name for probe in machine.probes if probe.name not in out]
-    out |= {name: why for name in kept if (why := _mostly_missing(ds[name]))}
+    out |= {name: LeftOut(why) for name in kept if (why := _mostly_missing(ds[name]))}
     kept = [name for name in kept if name not in out]
     on_one = best_time_base(ds, machine, kept)
-    return out | {name: "is on another time base (see time base)" for name in kept if name not in on_one}
-
-
-def _absent(ds: xr.Dataset, machine: Machine) -> list[str]:
-    return [probe.name for probe in machine.probes if probe.name not in ds]
+    return out | {name: LeftOut("is on another time base", "time base") for name in kept if name not in on_one}
 
 
 def _mostly_missing(array: xr.DataArray) -> str:
@@ -159,7 +169,7 @@ def _mostly_missing(array: xr.DataArray) -> str:
     last = int(there.size - np.argmax(there[::-1])) if there.any() else 0  # the first sample after the last value
     if np.mean(there[:last]) <= _LEAST or last == 0:
         return said
-    at = float(array[array.dims[0]].values[last])
+    at = float(times_of(array)[last])
     return f"{said}, none from {at:.4g} s on: cut the record at {at:.4g} s"
 
 
@@ -186,7 +196,7 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
         inside = (runs.first > 0) & (runs.first + runs.length < values.size)
         short = runs.where(inside & (runs.length <= SHORT_GAP))
         fill = short.mask(values.size)
-        time = ds[ds[name].dims[0]].values
+        time = times_of(ds[name])
         repaired = np.where(bad, np.nan, values)
         repaired[fill] = np.interp(time[fill], time[~bad], values[~bad])
         out[name] = (ds[name].dims, repaired, {**ds[name].attrs, "repaired": int(fill.sum())})
@@ -240,12 +250,8 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
     fault = ds.attrs.get("left_out", {}).get(channel)
     if fault:
         return Check("present", name, False, f"channel '{channel}' is in the file, but left out: {follows}; {fault}")
-    return Check(
-        "present",
-        name,
-        False,
-        f"channel '{channel}' is not in the file: {follows}; map it in [channels] if it has another name{also}",
-    )
+    detail = f"channel '{channel}' is not in the file: {follows}; map it in [channels] if it has another name{also}"
+    return Check("present", name, False, detail)
 
 
 def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]:
@@ -285,7 +291,7 @@ def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
     last = max((float(ds[ds[probe.name].dims[0]][-1]) for probe in probes), default=0.0)
     found = []
     for name in ("speed", "keyphasor"):
-        time = ds[ds[name].dims[0]].values if name in ds else np.array([last])
+        time = times_of(ds[name]) if name in ds else np.array([last])
         end, interval = float(time[-1]), usual_interval(time) if time.size > 1 else 0.0
         if end < _WHOLE * last and last - end > LONG * interval:
             detail = (
@@ -326,22 +332,15 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
     return Check("sampling", base, not faulty, "; ".join([detail, *faulty]))
 
 
-def _speed_signal(ds: xr.Dataset) -> list[Check]:
-    array = ds["speed"]
-    signal = faults.prepare(array.values)
-    still = signal.quantum == 0.0
-    what = "is constant: a set-point rather than a measured speed?" if still else "changes"
-    return [missing_samples("speed", ds[array.dims[0]].values, signal), Check("dead", "speed", True, what)]
-
-
-def _key_signal(ds: xr.Dataset) -> list[Check]:
-    array = ds["keyphasor"]
-    signal = faults.prepare(array.values)
-    still = signal.quantum == 0.0
-    what = "holds one value only: check its cable and the logger's channel" if still else "changes"
-    if still and stands(ds):
-        still, what = False, "holds one value only, as the shaft stands"
-    return [missing_samples("keyphasor", ds[array.dims[0]].values, signal), Check("dead", "keyphasor", not still, what)]
+def _signal(ds: xr.Dataset, still: Check) -> list[Check]:
+    """Check that a channel has values, and that they change; `still` says what it is where they do not."""
+    name = still.channel
+    signal = faults.prepare(ds[name].values)
+    changes = signal.quantum != 0.0
+    return [
+        missing_samples(name, times_of(ds[name]), signal),
+        Check("dead", name, True, "changes") if changes else still,
+    ]
 
 
 def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:

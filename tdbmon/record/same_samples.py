@@ -10,6 +10,8 @@ from collections.abc import Hashable, Sequence
 import numpy as np
 import xarray as xr
 
+from tdbmon.record.samples import known_samples
+
 _ROUNDING = 1e-3  # of a probe's standard deviation: so little are two exports of its samples apart
 _RESAMPLED = 0.01  # the same of two exports at two rates
 _CUT = 0.9  # of the samples, that the shorter of two exports must hold to be compared from their first samples on
@@ -60,10 +62,8 @@ def _same_motion(one: xr.Dataset, other: xr.Dataset, names: Sequence[Hashable]) 
 
 def _from_start(channel: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
     """Return times since the first sample, s, and values of a channel where it has any."""
-    values = channel.to_numpy()
-    seen = np.isfinite(values)
-    time = channel[channel.dims[0]].to_numpy()[seen]
-    return time - time[:1], values[seen]
+    time, values = known_samples(channel)
+    return time - time[:1], values
 
 
 def _share_a_stretch(pairs: list[tuple[np.ndarray, np.ndarray]]) -> bool:

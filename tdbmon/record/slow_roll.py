@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -25,11 +25,8 @@ def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
     pulses begin later than that, nothing is taken off: readings would jump there, which looks like a release.
     """
     stated = _stated(record, machine)
-    key = _pulses(record, machine) if stated else None
-    if key is None:
-        return record
-    angles = _angles(key, record, stated)
-    if _begins_late(angles, record) is not None:
+    angles = _angles(record, machine, stated)
+    if isinstance(angles, str):
         return record
     out = record.copy()
     for probe in stated:
@@ -46,18 +43,9 @@ def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
     if not stated:
         return []
     said = ", ".join(f"{probe.name} {um(probe.slow_roll.peak_to_peak)} pk-pk" for probe in stated if probe.slow_roll)
-    key = _pulses(record, machine)
-    if key is None:
-        detail = f"{said}: not taken off, since the record has no keyphasor pulses that tell the shaft's angle"
-        return [Check("slow roll", "", False, detail)]
-    angles = _angles(key, record, stated)
-    begins = _begins_late(angles, record)
-    if begins is not None:
-        detail = (
-            f"{said}: not taken off, since keyphasor pulses tell the shaft's angle from {begins:.5g} s on only, and readings"
-            " would jump there; where the shaft still levitates then, cut the record there"
-        )
-        return [Check("slow roll", "", False, detail)]
+    angles = _angles(record, machine, stated)
+    if isinstance(angles, str):
+        return [Check("slow roll", "", False, f"{said}: not taken off, since {angles}")]
     dim, turned = next(iter(angles.items()))
     known = np.isfinite(turned)
     if not known.all():
@@ -85,24 +73,21 @@ def _stated(record: xr.Dataset, machine: Machine) -> list[Probe]:
     return [probe for probe in machine.probes if probe.slow_roll is not None and probe.name in record]
 
 
-def _pulses(record: xr.Dataset, machine: Machine) -> Pulses | None:
-    key = pulses_if_any(record, machine)
-    return key if key is not None and len(key.times) > 2 else None
-
-
-def _angles(key: Pulses, record: xr.Dataset, stated: Sequence[Probe]) -> dict[str, np.ndarray]:
-    """Return how far the shaft has turned at the samples of each time base that the probes are on, rad."""
+def _angles(record: xr.Dataset, machine: Machine, stated: Sequence[Probe]) -> dict[str, np.ndarray] | str:
+    """Return how far the shaft has turned at the samples of each time base that the probes are on, rad, or why that won't do."""
+    key = pulses_if_any(record, machine) if stated else None
+    if key is None or len(key.times) <= 2:
+        return "the record has no keyphasor pulses that tell the shaft's angle"
     bases = dict.fromkeys(str(record[probe.name].dims[0]) for probe in stated)
-    return {dim: _turned(key, record[dim].to_numpy()) for dim in bases}
-
-
-def _begins_late(angles: Mapping[str, np.ndarray], record: xr.Dataset) -> float | None:
-    """Return from when on the angle is known, s, where that is later than the first reading of a time base."""
+    angles = {dim: _turned(key, record[dim].to_numpy()) for dim in bases}
     for dim, turned in angles.items():
         known = np.isfinite(turned)
         if known.any() and not known[0]:
-            return float(record[dim].to_numpy()[known][0])
-    return None
+            return (
+                f"keyphasor pulses tell the shaft's angle from {record[dim].to_numpy()[known][0]:.5g} s on only, and readings"
+                " would jump there; where the shaft still levitates then, cut the record there"
+            )
+    return angles
 
 
 def _turned(key: Pulses, time: np.ndarray) -> np.ndarray:

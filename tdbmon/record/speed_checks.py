@@ -17,6 +17,7 @@ from tdbmon.record.lagging_speed import lag
 from tdbmon.record.levitated_lines import STRONG, WIDTH, LevitatedLines, levitated_lines
 from tdbmon.record.miscounted import Miscounted, miscounted
 from tdbmon.record.misscaled_speed import true_speed
+from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.speed_spikes import without_speed_spikes
 
 STANDSTILL_HZ = 1.0  # below it a shaft stands: what a speed signal then tells is noise
@@ -53,57 +54,57 @@ _UNUSED_BOTH = ". Both are left out: nothing is said about the speed"
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
     """Return the speed at the start of a record, Hz, of the keyphasor or else of the speed signal."""
-    if marks is not None and marks.times.size > 4:
-        return float(np.median(speed(marks)[1][:4]))
-    return _signal_at_start(ds)
+    return float(np.median(speed(marks)[1][:4])) if marks is not None and _sound(marks) else _signal_at_start(ds)
 
 
 def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check:
-    """Check the speed signal against the keyphasor, and what they say against the line of the levitated shaft."""
-    values = ds["speed"].values
-    good = np.isfinite(values)
-    if not good.any():
-        return Check("speed", "speed", False, "holds no value: check the channel")
+    """Check a speed signal that has values against the keyphasor, and what they say against the line of the levitated shaft."""
+    _, values = known_samples(ds["speed"])
     if _backward(ds):
         left_out = _KEYED if _sound(marks) else ""
-        detail = f"reads {float(np.median(values[good])):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+        detail = (
+            f"reads {float(np.median(values)):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+        )
         return Check("speed", "speed", False, detail)
-    floor = floor_from(ds[ds["speed"].dims[0]].values, values)
+    floor = _floor_of(ds)
     if floor is not None:
-        at = float(ds[ds["speed"].dims[0]].values[floor])
-        detail = f"stands at {values[floor]:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
+        at, level = float(times_of(ds["speed"])[floor]), float(ds["speed"].values[floor])
+        detail = f"stands at {level:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
         return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
-        if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
-            detail = (
-                f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
-            )
-            return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
-        if not compared.agree:
-            left_out = "".join(refuted(ds, machine))
-            return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
-        stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
-        wrong = _miscounted(lines, stated, machine)
-        if stated is not None and wrong is not None:
-            detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
-            return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
-        late = lag(ds, marks)
-        if late is not None:
-            detail = (
-                f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
-                f" late, as from a tachometer that averages{_KEYED}"
-            )
-            return Check("speed", "speed", False, detail)
-        return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
+        return _against_the_pulses(ds, machine, marks, compared)
     of_shaft = _against_the_shaft(ds, machine)
     if of_shaft is not None:
         return of_shaft
-    largest = float(np.max(np.abs(values[good])))
+    largest = float(np.max(np.abs(values)))
     if largest > _SPEED_LIMIT:
         detail = f"up to {largest:.4g} Hz ({largest * 60:.4g} rpm): rpm written as Hz? Check its unit"
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"up to {largest:.4g} Hz")
+
+
+def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, compared: _Ratio) -> Check:
+    """A speed signal must read what the keyphasor counts, all along, and both must be the levitated shaft's."""
+    if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
+        detail = f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
+        return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
+    if not compared.agree:
+        left_out = "".join(refuted(ds, machine))
+        return Check("speed", "speed", False, _differ(compared.ratio, left_out, _misscaled(compared, machine)))
+    stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
+    wrong = _miscounted(lines, stated, machine)
+    if stated is not None and wrong is not None:
+        detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
+        return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
+    late = lag(ds, marks)
+    if late is not None:
+        detail = (
+            f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
+            f" late, as from a tachometer that averages{_KEYED}"
+        )
+        return Check("speed", "speed", False, detail)
+    return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
 
 
 def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check | None:
@@ -125,8 +126,7 @@ def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None
 
 def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     """Say why a speed signal measures nothing; "" where it may measure: a rotor at a set-point has a constant speed too."""
-    values = ds["speed"].values
-    values = values[np.isfinite(values)]
+    _, values = known_samples(ds["speed"])
     if not values.size:
         return f"holds no value: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
     if marks is None or not _sound(marks):
@@ -149,8 +149,8 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
 
 def _while_counted(channel: xr.DataArray, marks: Pulses) -> float:
     """Median of a speed signal from the first pulse to the last, Hz: without what follows at rest; NaN without any."""
-    time, values = channel[channel.dims[0]].values, channel.values
-    there = (time >= marks.times[0]) & (time <= marks.times[-1]) & np.isfinite(values)
+    time, values = known_samples(channel)
+    there = (time >= marks.times[0]) & (time <= marks.times[-1])
     return float(np.median(values[there])) if there.any() else float("nan")
 
 
@@ -159,7 +159,7 @@ def stands(ds: xr.Dataset) -> bool:
     start = _signal_at_start(ds)
     if start is None:
         return False
-    values = ds["speed"].values[np.isfinite(ds["speed"].values)]
+    _, values = known_samples(ds["speed"])
     return max(abs(start), abs(float(np.median(values)))) < STANDSTILL_HZ and bool(np.ptp(values) > 0)
 
 
@@ -176,23 +176,25 @@ def _sound(marks: Pulses | None) -> bool:
 
 
 def _backward(ds: xr.Dataset) -> bool:
-    values = ds["speed"].values
-    good = np.isfinite(values)
-    return bool(good.any()) and float(np.median(values[good])) <= -STANDSTILL_HZ
+    _, values = known_samples(ds["speed"])
+    return values.size > 0 and float(np.median(values)) <= -STANDSTILL_HZ
 
 
-def floor_from(time: np.ndarray, values: np.ndarray) -> int | None:
-    """Return the sample from which a speed signal stands at the lowest value that its sensor reads; None where it does not.
+def _floor_of(ds: xr.Dataset) -> int | None:
+    """Return the sample from which the speed signal stands at the lowest value that its sensor reads; None where it does not.
 
     It holds one value, no small part of its first, to the record's end, for far longer than it holds any before.
     """
+    if "speed" not in ds:
+        return None
+    values = ds["speed"].values
     signal = faults.prepare(values)
     flat = signal.flat
     if not len(flat) or flat.first[-1] + flat.length[-1] < values.size:
         return None
     first, length = int(flat.first[-1]), int(flat.length[-1])
     held = max(flat.length[:-1].tolist(), default=1)
-    level, start = float(values[first]), starting_speed(time, values, _START_S)
+    level, start = float(values[first]), _signal_at_start(ds)
     falls = start is not None and _AT_REST * start < level < _FLOOR * start
     return first if falls and length > max(_LONGER * held, _TAIL * values.size) else None
 
@@ -359,22 +361,19 @@ def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
         return ds
     marks = pulses_if_any(ds, machine)
     empty = not np.isfinite(ds["speed"].values).any()
-    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or _late(ds, marks))
-    return ds.drop_vars("speed") if empty or unfit else ds
-
-
-def _late(ds: xr.Dataset, marks: Pulses | None) -> bool:
     compared = _over_pulses(ds, marks)
-    return compared is not None and compared.agree and lag(ds, marks) is not None
+    late = compared is not None and compared.agree and lag(ds, marks) is not None
+    unfit = _sound(marks) and (_backward(ds) or dead_speed(ds, marks) != "" or late)
+    return ds.drop_vars("speed") if empty or unfit else ds
 
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
     """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
-    floor = floor_from(ds[ds["speed"].dims[0]].values, ds["speed"].values) if "speed" in ds else None
+    floor = _floor_of(ds)
     if floor is None:
         return ds
     speed, marks = ds["speed"], pulses_if_any(ds, machine)
-    if marks is not None and np.sum(marks.times > ds[speed.dims[0]].values[floor]) > 4:
+    if marks is not None and np.sum(marks.times > times_of(speed)[floor]) > 4:
         return ds.drop_vars("speed")
     held = np.arange(speed.size) >= floor
     return ds.assign(speed=(speed.dims, np.where(held, np.nan, speed.values), speed.attrs))
@@ -428,7 +427,7 @@ def _signal_at_start(ds: xr.Dataset) -> float | None:
     if "speed" not in ds:
         return None
     speed = ds["speed"]
-    return starting_speed(ds[speed.dims[0]].values, speed.values, _START_S)
+    return starting_speed(times_of(speed), speed.values, _START_S)
 
 
 def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> float | None:

@@ -25,12 +25,9 @@ def with_suspect_gap(found: list[Check], ds: xr.Dataset, machine: Machine) -> li
         for probe in machine.probes_at(end)
     }
     return [
-        replace(each, detail=each.detail + about[each.channel]) if _is_told(each, about) else each for each in found
+        replace(each, detail=each.detail + about.get(each.channel, "")) if each.check == "unit" else each
+        for each in found
     ]
-
-
-def _is_told(each: Check, about: dict[str, str]) -> bool:
-    return each.check == "unit" and each.channel in about
 
 
 def _alike(end: str, failed: set[str], ds: xr.Dataset, machine: Machine) -> bool:

@@ -67,11 +67,10 @@ def _of_end(motions: Mapping[str, Path], end: str, machine: Machine) -> tuple[fl
     away, orbit = np.abs(z - start), float(np.abs(head - start).max())
     if orbit > STANDS * gap:  # the record begins in the fall or a bounce: nothing tells where the shaft levitates
         return None
-    hovers = runs_of((away < _NEAR * gap + orbit) & (time > fell))
-    hovers = hovers.where(time[hovers.first + hovers.length - 1] - time[hovers.first] > _HOVERS_S)
-    if not len(hovers):
+    hovers = next(iter(runs_of((away < _NEAR * gap + orbit) & (time > fell)).lasting(time, _HOVERS_S)), None)
+    if hovers is None:
         return None
-    back, until = int(hovers.first[0]), float(time[hovers.first[0] + hovers.length[0] - 1])
+    back, until = hovers.start, float(time[hovers.stop - 1])
     between = (time > fell) & (time < time[back])
     depth = float(np.median(away[between])) if between.any() else 0.0
     if depth < _LAY * gap:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
+from itertools import chain
 from typing import Any
 
 import numpy as np
@@ -137,26 +138,22 @@ def interval_of(entries: Mapping[str, Any]) -> float | None:
 
     Numbers are s and Hz; texts may carry a unit (``"20 kHz"``).
     """
-    for names, si, inverse in ((_INTERVAL_NAMES, "s", False), (_RATE_NAMES, "Hz", True)):
-        for key, entry in entries.items():
-            bare, unit = _split_bracket(str(key))
-            if _plain(bare) not in names:
-                continue
-            number = _number(entry, si, unit)
-            if number is not None and number > 0:
-                return 1.0 / number if inverse else number
-    return None
+    intervals = (number for number in _numbers(entries, _INTERVAL_NAMES, "s") if number > 0)
+    rates = (number for number in _numbers(entries, _RATE_NAMES, "Hz") if number > 0)
+    return next(chain(intervals, (1.0 / rate for rate in rates)), None)
 
 
 def start_of(entries: Mapping[str, Any]) -> float | None:
     """Return the time of the first sample in s that scalars or attributes state; None without."""
+    return next(_numbers(entries, _START_NAMES, "s"), None)
+
+
+def _numbers(entries: Mapping[str, Any], names: Collection[str], si: str) -> Iterator[float]:
+    """Go through the numbers that entries of some names hold, in a unit of SI."""
     for key, entry in entries.items():
         bare, unit = _split_bracket(str(key))
-        if _plain(bare) in _START_NAMES:
-            number = _number(entry, "s", unit)
-            if number is not None:
-                return number
-    return None
+        if _plain(bare) in names and (number := _number(entry, si, unit)) is not None:
+            yield number
 
 
 def _stated(text: str, si: str, unit: str | None) -> float:

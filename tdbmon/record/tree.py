@@ -6,8 +6,7 @@ interprets them.
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -16,7 +15,7 @@ import numpy as np
 from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of
 
-from tdbmon.record.channel import Channel
+from tdbmon.record.channel import Channel, named_apart
 from tdbmon.record.date import first_dated
 from tdbmon.record.timebase import interval_of, is_time_name, moments, split_unit, start_of, time_factor
 
@@ -56,22 +55,15 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
     InputError
         If there are arrays, but nothing tells when their samples were taken.
     """
-    found: list[tuple[str, Channel]] = []
-    timeless: list[tuple[str, Channel]] = []
-    _collect(root, "", {}, [], found, timeless)
+    channels = list(_channels(root, "", {}, []))
+    found, timeless = ([each for each in channels if bool(each.fault) is lacks] for lacks in (False, True))
     if not found and timeless:
-        shown = ", ".join(f"'{channel.name}'" for _, channel in timeless[:10])
+        shown = ", ".join(f"'{channel.name}'" for channel in timeless[:10])
         raise InputError(
             f"{path}: nothing tells when the samples of {shown} were taken; name the time 'time', or give it its unit"
             " ('[s]'), or add an entry 'dt' in s or 'fs' in Hz"
         )
-    count = Counter(channel.name for _, channel in (*found, *timeless))
-    return tuple(
-        replace(
-            channel, name=f"{place}/{channel.name}" if place and count[channel.name] > 1 else channel.name, group=place
-        )
-        for place, channel in (*found, *timeless)
-    )
+    return named_apart(found + timeless)
 
 
 def text_of(entry: Any) -> str:
@@ -107,14 +99,8 @@ def stated_date(entries: Mapping[str, Any]) -> str:
     return first_dated(first_text(entries, (key,)) or "" for key in _DATE_KEYS)
 
 
-def _collect(
-    branch: Branch,
-    place: str,
-    inherited: Mapping[str, Any],
-    times: list[np.ndarray],
-    found: list[tuple[str, Channel]],
-    timeless: list[tuple[str, Channel]],
-) -> None:
+def _channels(branch: Branch, place: str, inherited: Mapping[str, Any], times: list[np.ndarray]) -> Iterator[Channel]:
+    """Go through the channels of a folder and those in it, whose place, entries and times are known above it."""
     entries = {**inherited, **branch.entries}
     leaves = [column for leaf in branch.leaves for column in _columns(leaf, branch.entries)]
     clocks = [(i, _time(leaf)) for i, leaf in enumerate(leaves)]
@@ -132,6 +118,7 @@ def _collect(
             scale=_number(leaf, "scale_factor", 1.0),
             offset=_number(leaf, "add_offset", 0.0),
             long_name=first_text(leaf.attributes, ("long_name", "description")) or "",
+            group=place,
             stored=stored,
         )
         time = _time_for(i, leaf, own, times)
@@ -139,18 +126,17 @@ def _collect(
         if interval is None and leaf.values.size == longest:
             interval = interval_of(entries)
         if time is not None:
-            found.append((place, replace(_without_padding(channel, time), interval=interval)))
+            yield replace(_without_padding(channel, time), interval=interval)
         elif interval is not None:
             own_start = start_of(leaf.attributes)  # 0 is stated as well as any other
             start = start_of(entries) if own_start is None else own_start
-            found.append((place, replace(channel, interval=interval, start=start or 0.0)))
+            yield replace(channel, interval=interval, start=start or 0.0)
         else:
             fault = _fault(leaf.values.size, [*times, *own.values()], longest if interval_of(entries) else 0)
-            timeless.append((place, replace(channel, fault=fault)))
+            yield replace(channel, fault=fault)
     for inner in branch.branches:
-        _collect(
-            inner, f"{place}/{inner.name}" if place else inner.name, entries, [*times, *own.values()], found, timeless
-        )
+        below = f"{place}/{inner.name}" if place else inner.name
+        yield from _channels(inner, below, entries, [*times, *own.values()])
 
 
 def _fault(size: int, times: list[np.ndarray], longest: int) -> str:

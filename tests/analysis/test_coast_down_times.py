@@ -7,7 +7,7 @@ import pytest
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
-from tdbmon.analysis.drag_law import DragLaw, slowing_time, stopping_time
+from tdbmon.analysis.drag_law import DragLaw, slowing_time
 from tdbmon.analysis.rundown import RunDown, fit_rundown
 from tdbmon.analysis.summary import summary_lines
 from tdbmon.record.read import read
@@ -45,7 +45,7 @@ def test_a_law_that_drives_the_rotor_never_slows_it_so_far():
     rows = np.array([[70.0, 0.1, -3.0, 0.0], [70.0, 0.1, 0.0, 0.0]])
     assert slowing_time(rows, 20.0)[0] == np.inf  # it turns at 30 Hz in the end
     assert slowing_time(rows, 40.0)[0] == pytest.approx(10 * np.log(4.0))
-    assert stopping_time(rows)[1] == np.inf
+    assert slowing_time(rows, 0.0)[1] == np.inf
 
 
 @pytest.mark.parametrize("name", LAWS)

@@ -96,16 +96,6 @@ def test_a_constant_drag_too_weak_to_be_told_is_in_the_interval_of_the_decay_tim
     assert inside >= 0.9 * alone
 
 
-def test_known_noise_is_used() -> None:
-    law = DragLaw(RELEASE, 100.0, linear=0.2)
-    t, speed = drop(law, 8.0)
-    speed = speed + np.random.default_rng(1).normal(0, 0.05, len(t))
-    narrow, wide = (
-        fit_rundown(t, speed, release_time=RELEASE, polar_inertia=0.3, sigma=sigma).decay_time for sigma in (0.05, 0.2)
-    )
-    assert (wide.high - wide.low) / (narrow.high - narrow.low) == pytest.approx(4.0, rel=0.3)
-
-
 # the parts of a drop
 
 
@@ -361,25 +351,6 @@ def test_without_inertia_the_torque_says_why() -> None:
     assert "inertia" in run.drag_torque.why
     with pytest.raises(InputError, match="inertia"):
         run.torque_at(10.0)
-
-
-@pytest.mark.parametrize(
-    ("change", "message"),
-    [
-        ({"speed": None}, "neither"),
-        ({"speed": np.zeros(3)}, "3 values of speed against"),
-        ({"release_time": 99.0}, "outside the record"),
-        ({"polar_inertia": -1.0}, "not positive"),
-        ({"sigma": 0.0}, "not positive"),
-        ({"pulses": one_a_turn(np.array([1.0, 0.5]))}, "do not rise"),
-        ({"time": np.zeros(480)}, "do not rise"),
-    ],
-)
-def test_unusable_input_is_an_error(change: dict, message: str) -> None:
-    t, speed = drop(DragLaw(RELEASE, 100.0, 0.2), 8.0)
-    given_ = {"time": t, "speed": speed, "release_time": RELEASE, "polar_inertia": 0.3} | change
-    with pytest.raises(InputError, match=message):
-        fit_rundown(given_.pop("time"), given_.pop("speed"), **given_)
 
 
 # synthetic records of an independent program

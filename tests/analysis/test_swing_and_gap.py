@@ -90,18 +90,16 @@ def swing(case, radii, seconds, amplitude, *, seed=0, noise=0.3e-6, centre=(0.0,
     return planes_of(time, {end: path + noise * rng.standard_normal(path.shape) for end, path in paths.items()})
 
 
-@pytest.fixture(scope="module")
-def stiff(rotor):
-    """The rotor with forty times its stiffness: the pendulum equations above know no bending."""
-    from tdbsim.machine import load_machine
-    from tdbsim.rotor import build_rotor
-
-    from tdbmon.shipped import shipped
-
-    machine = load_machine(shipped("coastdown/machine.toml"))
+def _stiffened(machine):
+    """A rotor with forty times its stiffness: the pendulum equations above know no bending."""
     harder = machine.rotor.model_copy(update={"elastic_modulus": machine.rotor.elastic_modulus * 40})
     machine = machine.model_copy(update={"rotor": harder})
     return Case(machine, build_rotor(machine))
+
+
+@pytest.fixture(scope="module")
+def stiff():
+    return _stiffened(load_machine(shipped("coastdown/machine.toml")))
 
 
 @pytest.mark.parametrize("radii", [(290e-6, 310e-6), (320e-6, 280e-6)])
@@ -434,10 +432,7 @@ def dumbbell():
     wheels = data["rotor"]["disks"]
     wheels[:] = [each for each in wheels if each["name"] != "impeller"]
     wheels += [{"name": "impeller", "position": "1240 mm", **wheel}, {"name": "turbine", "position": "0 mm", **wheel}]
-    machine = parse_machine(data)
-    harder = machine.rotor.model_copy(update={"elastic_modulus": machine.rotor.elastic_modulus * 40})
-    machine = machine.model_copy(update={"rotor": harder})
-    return Case(machine, build_rotor(machine))
+    return _stiffened(parse_machine(data))
 
 
 def test_swings_are_named_by_their_shape_and_not_by_their_order(stiff, dumbbell):

@@ -158,6 +158,11 @@ def write_mat73(path: Path, data: dict[str, np.ndarray]) -> None:
             channel["data"] = values.reshape(1, -1)
             channel["fs"] = np.array([[RATE]])
             text(channel, "unit", UNITS[name])
+    write_mat73_head(path)
+
+
+def write_mat73_head(path: Path) -> None:
+    """Write the text before the HDF5 of a file with room for it."""
     with path.open("r+b") as raw:
         raw.write(
             b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Tue Mar 10 09:00:00 2026 HDF5 schema 1.00 .".ljust(

@@ -122,6 +122,28 @@ def test_mat_struct_array_names_its_channels(tmp_path: Path) -> None:
     np.testing.assert_allclose(record["time_2"].values, np.arange(10) / 200)
 
 
+def test_an_array_of_structs_in_a_mat73_file_is_read_with_the_structs_in_it(tmp_path: Path) -> None:
+    path = tmp_path / "a.mat"
+    with h5py.File(path, "w", userblock_size=512) as file:
+        parts, fields = file.create_group("#refs#"), {"data": [], "beside": []}
+        for k in range(2):
+            parts[f"data{k}"] = np.arange(5.0 * (k + 1)).reshape(1, -1)
+            parts[f"beside{k}/B"] = np.arange(5.0 * (k + 1)).reshape(1, -1)
+            for key, references in fields.items():
+                references.append(parts[f"{key}{k}"].ref)
+        for key, references in fields.items():
+            file.create_dataset(f"channels/{key}", data=references, dtype=h5py.ref_dtype)
+        file["fs"] = np.array([[50.0]])
+    samples.write_mat73_head(path)
+    sizes = {name: array.size for name, array in read(path).data_vars.items()}
+    assert sizes == {
+        "channels_1": 5,
+        "channels_2": 10,
+        "channels/channels_1/beside/B": 5,
+        "channels/channels_2/beside/B": 10,
+    }
+
+
 @pytest.mark.parametrize(
     ("dtype", "scale", "offset"), [(np.uint8, 2.0**-7, -1.0), (np.int16, 2.0**-15, 0.0), (np.int32, 2.0**-31, 0.0)]
 )

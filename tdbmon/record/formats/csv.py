@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from tdbsim.errors import InputError
 
 from tdbmon.record.channel import Content, si_unit
@@ -121,20 +122,20 @@ class _Column:
 
 def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | None]:
     """Return the columns; None for one without a name and values."""
-    import pandas as pd
-
-    body = [line for line in lines[layout.first :] if line.strip() and not COMMENT.match(line)]
+    below = enumerate(lines[layout.first :], start=layout.first + 1)
+    body = {number: line for number, line in below if line.strip() and not COMMENT.match(line)}
     width = len(layout.header.names)
-    _check_width(body, lines, layout, width, path)
+    _check_width(body, layout, width, path)
     separator = r"\s+" if layout.separator == " " else layout.separator
     table = pd.read_csv(
-        io.StringIO("\n".join(body)), sep=separator, decimal=layout.decimal, header=None, names=list(range(width)),
+        io.StringIO("\n".join(body.values())), sep=separator, decimal=layout.decimal, header=None, names=list(range(width)),
         engine="c", float_precision="round_trip", skipinitialspace=True, index_col=False, low_memory=False,
     )  # fmt: skip
-    return [_column(table[k], k, layout, lines, path) for k in range(width)]
+    return [_column(table[k], k, layout, list(body), path) for k in range(width)]
 
 
-def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -> _Column | None:
+def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path) -> _Column | None:
+    """Return a column, whose rows stand in lines of such numbers."""
     name = layout.header.names[k]
     if series.dtype.kind in "iufb":
         if series.isna().all():
@@ -149,22 +150,18 @@ def _column(series: Any, k: int, layout: Layout, lines: list[str], path: Path) -
         return _clocks(texts, name, path)
     if DATE.fullmatch(texts.iloc[0]):
         return None  # the day beside a clock column
-    import pandas as pd
-
-    numbers = pd.to_numeric(plain(texts, layout.decimal), errors="coerce")
-    wrong = np.flatnonzero(numbers.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
+    values = pd.to_numeric(plain(texts, layout.decimal), errors="coerce")
+    wrong = np.flatnonzero(values.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
-        return _Column(np.asarray(numbers, dtype=np.float64))
+        return _Column(np.asarray(values, dtype=np.float64))
     row = int(wrong[0])
     raise InputError(
-        f"{path}: line {_line_number(lines, layout, row)}, column '{name}': '{texts.iloc[row][:40]}' is no number;"
+        f"{path}: line {numbers[row]}, column '{name}': '{texts.iloc[row][:40]}' is no number;"
         " correct the cell, or leave it empty where nothing was measured"
     )
 
 
 def _moments(texts: Any, name: str, path: Path) -> _Column:
-    import pandas as pd
-
     texts = texts.str.replace(",", ".")
     try:
         if texts.iloc[0][:4].isdigit():
@@ -186,8 +183,6 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
 
 def _dated(texts: Any, order: str) -> Any:
     """Return moments of one form; a guess at each one alone takes twenty times as long."""
-    import pandas as pd
-
     sign = texts.iloc[0].lstrip("0123456789")[0]
     day, clock = sign.join(f"%{each}" for each in order), "%H:%M:%S{}"
     if HALF_OF_DAY.search(texts.iloc[0]):
@@ -206,8 +201,6 @@ def _dated(texts: Any, order: str) -> Any:
 
 
 def _clocks(texts: Any, name: str, path: Path) -> _Column:
-    import pandas as pd
-
     clocks = texts.str.replace(",", ".")
     halves = HALF_OF_DAY.search(clocks.iloc[0]) is not None
     bare = clocks.str.replace(HALF_OF_DAY, "", regex=True) if halves else clocks
@@ -223,32 +216,23 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
     return _Column(seconds, "")
 
 
-def _check_width(body: list[str], lines: list[str], layout: Layout, width: int, path: Path) -> None:
-    """Refuse rows that are too short or too long: a parser would fill them up or shift them in silence."""
-    if layout.separator != " " and not any('"' in line for line in body):
-        wrong = next((i for i, line in enumerate(body) if line.count(layout.separator) != width - 1), None)
-    else:
-        wrong = next((i for i, line in enumerate(body) if len(split(line, layout.separator)) != width), None)
+def _check_width(body: Mapping[int, str], layout: Layout, width: int, path: Path) -> None:
+    """Refuse rows that are too short or too long: a parser would fill them up or shift them in silence.
+
+    `body` are the rows by the numbers of their lines.
+    """
+    plain_rows = layout.separator != " " and not any('"' in line for line in body.values())
+
+    def cells_in(line: str) -> int:  # in a long file splitting takes ten times as long as counting
+        return line.count(layout.separator) + 1 if plain_rows else len(split(line, layout.separator))
+
+    wrong = next((number for number, line in body.items() if cells_in(line) != width), None)
     if wrong is None:
         return
     row = split(body[wrong], layout.separator)
-    cells = len(row)
     if not any(is_number(cell, layout.decimal) for cell in row):
-        raise InputError(
-            f"{path}: line {_line_number(lines, layout, wrong)} ('{body[wrong].strip()[:40]}') is no row of numbers: delete it"
-        )
-    last = " (the last: the file was cut off)" if wrong == len(body) - 1 else ""
+        raise InputError(f"{path}: line {wrong} ('{body[wrong].strip()[:40]}') is no row of numbers: delete it")
+    last = " (the last: the file was cut off)" if wrong == max(body) else ""
     raise InputError(
-        f"{path}: line {_line_number(lines, layout, wrong)}{last} has {cells} columns instead of {width};"
-        " correct or delete the line"
+        f"{path}: line {wrong}{last} has {len(row)} columns instead of {width}; correct or delete the line"
     )
-
-
-def _line_number(lines: list[str], layout: Layout, row: int) -> int:
-    kept = -1
-    for i in range(layout.first, len(lines)):
-        if lines[i].strip() and not COMMENT.match(lines[i]):
-            kept += 1
-            if kept == row:
-                return i + 1
-    return layout.first + row + 1

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 from tdbsim.errors import InputError
 
@@ -93,29 +95,29 @@ def _cell_text(cell: Any) -> str:
 
 
 def _version_73(path: Path, objects: dict[str, str]) -> Branch:
-    import h5py
-
     with h5py.File(path, "r") as file:
         return _group_73(file, file, "", objects)
 
 
-def _group_73(group: Any, file: Any, name: str, objects: dict[str, str]) -> Branch:
+def _group_73(items: Mapping[str, Any], file: Any, name: str, objects: dict[str, str]) -> Branch:
+    """Return a struct, or the variables of a file; an array of structs is one of whose fields each holds references."""
     leaves: list[Leaf] = []
     entries: dict[str, Any] = {}
     branches: list[Branch] = []
-    for key in group:
+    fields: dict[str, list[Any]] = {}
+    for key in items:
         if key.startswith("#"):
             continue  # where MATLAB keeps what references point to
-        item = group[key]
+        item = items[key]
         if not hasattr(item, "dtype"):
             branches.append(_group_73(item, file, key, objects))
         elif "MATLAB_object_decode" in item.attrs:
             if (stated := text_of(item.attrs.get("MATLAB_class", b""))) in _UNREAD:
                 objects[key] = _object(stated)
         elif item.dtype.kind == "O":
-            targets = [file[reference] for reference in np.asarray(item[()]).reshape(-1)]
-            if all(_is_text(target) for target in targets):
-                entries[key] = [_text_73(target) for target in targets]
+            fields[key] = [file[reference] for reference in np.asarray(item[()]).reshape(-1)]
+            if all(_is_text(target) for target in fields[key]):
+                entries[key] = [_text_73(target) for target in fields[key]]
         elif _is_text(item):
             entries[key] = _text_73(item)
         elif "MATLAB_empty" in item.attrs or item.dtype.kind not in "iufb":
@@ -125,33 +127,11 @@ def _group_73(group: Any, file: Any, name: str, objects: dict[str, str]) -> Bran
         elif item.size:
             check_size(item.nbytes, Path(item.file.filename), compressed=item.chunks is not None)
             leaves.append(Leaf(key, np.asarray(item[()])))
-    return _struct_array(Branch(name, tuple(leaves), entries, tuple(branches)), group, file)
-
-
-def _struct_array(branch: Branch, group: Any, file: Any) -> Branch:
-    """Add what MATLAB stores of an array of structs: a group whose datasets are references, one a struct."""
-    fields = {key: group[key] for key in group if hasattr(group[key], "dtype") and group[key].dtype.kind == "O"}
-    sizes = {item.size for item in fields.values()}
-    if len(fields) < 2 or len(sizes) != 1 or branch.leaves or not branch.name:
-        return branch
-    inner: list[Branch] = []
-    for k in range(sizes.pop()):
-        leaves: list[Leaf] = []
-        entries: dict[str, Any] = {}
-        for key, item in fields.items():
-            target = file[np.asarray(item[()]).reshape(-1)[k]]
-            if not hasattr(target, "dtype"):
-                continue
-            if _is_text(target):
-                entries[key] = _text_73(target)
-            elif target.dtype.kind in "iufb" and "MATLAB_empty" not in target.attrs and target.size:
-                values = np.asarray(target[()])
-                if values.size == 1:
-                    entries[key] = values.reshape(-1)[0]
-                else:
-                    leaves.append(Leaf(key, values))
-        inner.append(Branch(f"{branch.name}_{k + 1}", tuple(leaves), entries))
-    return Branch(branch.name, branch.leaves, {}, (*branch.branches, *inner))
+    if name and not leaves and len(fields) > 1 and len({len(targets) for targets in fields.values()}) == 1:
+        structs = (dict(zip(fields, targets, strict=True)) for targets in zip(*fields.values(), strict=True))
+        inner = [_group_73(struct, file, f"{name}_{k}", objects) for k, struct in enumerate(structs, start=1)]
+        return Branch(name, (), {}, (*branches, *inner))
+    return Branch(name, tuple(leaves), entries, tuple(branches))
 
 
 def _is_text(item: Any) -> bool:

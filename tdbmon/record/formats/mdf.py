@@ -6,15 +6,13 @@ import gc
 import io
 import logging
 import sys
-from collections import Counter
 from contextlib import redirect_stdout
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tdbmon.record.channel import Channel, Content
+from tdbmon.record.channel import Channel, Content, named_apart
 from tdbmon.record.format import library
 
 _BEGAN = "start of measurement in the file's header, which some programs set when they write the file"
@@ -30,7 +28,7 @@ class MDF:
         return head.startswith((b"MDF     ", b"UnFinMF "))
 
     def read(self, path: Path) -> Content:
-        asammdf = library("asammdf", "mdf", path, self.name)
+        asammdf = library("asammdf", self, path)
         logging.getLogger("asammdf").setLevel(logging.CRITICAL)
         hook = sys.unraisablehook
         sys.unraisablehook = lambda _: None  # the library's own clean-up fails on files that it could not open
@@ -45,7 +43,7 @@ class MDF:
 
 
 def _content(asammdf: Any, path: Path) -> Content:
-    found: list[tuple[str, Channel]] = []
+    found: list[Channel] = []
     # from memory: a damaged file then leaves no handle behind; what the library prints of it is no message to users
     with redirect_stdout(io.StringIO()), asammdf.MDF(io.BytesIO(path.read_bytes())) as file:
         masters = file.masters_db
@@ -62,15 +60,8 @@ def _content(asammdf: Any, path: Path) -> Content:
                 if clock is None or clock.size != time.size or not np.array_equal(clock, time):
                     clock = time
                 values = values.astype(np.int8) if values.dtype.kind == "b" else values.copy()
-                channel = Channel(
-                    signal.name, values, signal.unit or "", time=clock, long_name=str(signal.comment or "")
-                )
-                found.append((f"group_{group + 1}", channel))
+                unit, told = signal.unit or "", str(signal.comment or "")
+                found.append(Channel(signal.name, values, unit, time=clock, long_name=told, group=f"group_{group + 1}"))
         began = file.header.start_time
         title = str(getattr(file.header, "subject", "") or "")
-    count = Counter(channel.name for _, channel in found)
-    channels = tuple(
-        replace(channel, name=f"{place}/{channel.name}" if count[channel.name] > 1 else channel.name, group=place)
-        for place, channel in found
-    )
-    return Content(channels, title, began.isoformat() if began else "", drop_time_from=_BEGAN)
+    return Content(named_apart(found), title, began.isoformat() if began else "", drop_time_from=_BEGAN)

@@ -7,6 +7,7 @@ from datetime import datetime, time
 from pathlib import Path
 from typing import Any
 
+import h5py
 import netCDF4
 import numpy as np
 import xarray as xr
@@ -83,8 +84,6 @@ def _check_classic(path: Path) -> None:
 
 
 def _has_netcdf_marks(path: Path) -> bool:
-    import h5py
-
     try:
         with h5py.File(path, "r") as file:
             if "_NCProperties" in file.attrs:

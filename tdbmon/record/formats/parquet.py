@@ -25,7 +25,7 @@ class Parquet:
         return head.startswith(b"PAR1")
 
     def read(self, path: Path) -> Content:
-        library("pyarrow", "parquet", path, self.name)
+        library("pyarrow", self, path)
         import pyarrow.parquet
 
         with path.open("rb") as file:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import logging
-from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tdbmon.record.channel import Channel, Content
+from tdbmon.record.channel import Channel, Content, named_apart
 from tdbmon.record.format import library
 from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import is_time_name, time_factor
@@ -29,7 +28,7 @@ class TDMS:
         return head.startswith(b"TDSm")
 
     def read(self, path: Path) -> Content:
-        nptdms = library("nptdms", "tdms", path, self.name)
+        nptdms = library("nptdms", self, path)
         nptdms.log.log_manager.set_level(logging.CRITICAL)
         # opened here, since the library leaves a file open that it cannot read
         with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
@@ -47,18 +46,11 @@ class TDMS:
         if not channels:
             channels = channels_of(Branch("", (), entries, others), path)
         else:  # beside waveforms, a group without a time channel is a table of results
-            timed = [any(is_time_name(leaf.name) for leaf in branch.leaves) for branch in others]
-            tables = tuple(branch for branch, has_time in zip(others, timed, strict=True) if has_time)
-            channels += channels_of(Branch("", (), entries, tables), path)
-            channels += tuple(
-                Channel(
-                    leaf.name,
-                    np.empty(0),
-                    fault="it has no sampling interval (wf_increment), its group no time channel",
-                )
-                for branch, has_time in zip(others, timed, strict=True)
-                for leaf in (() if has_time else branch.leaves)
-            )
+            timed = tuple(branch for branch in others if _is_timed(branch))
+            channels += channels_of(Branch("", (), entries, timed), path)
+            fault = "it has no sampling interval (wf_increment), its group no time channel"
+            untimed = (leaf for branch in others if not _is_timed(branch) for leaf in branch.leaves)
+            channels += tuple(Channel(leaf.name, np.empty(0), fault=fault) for leaf in untimed)
         channels += tuple(Channel(channel.name, np.empty(0), fault="it holds no sample") for channel in empty)
         return Content(
             channels,
@@ -66,6 +58,10 @@ class TDMS:
             drop_time=f"{np.datetime_as_string(min(dated), unit='ms')}Z" if dated else stated_date(entries),
             incomplete="the logger was cut off while it wrote the last segment" if cut else "",
         )
+
+
+def _is_timed(branch: Branch) -> bool:
+    return any(is_time_name(leaf.name) for leaf in branch.leaves)
 
 
 @dataclass(frozen=True)
@@ -116,27 +112,23 @@ def _series(group: Any) -> list[_Series]:
 def _waveforms(
     groups: list[tuple[str, dict[str, Any], list[_Series]]], first: np.datetime64 | None
 ) -> tuple[Channel, ...]:
-    count = Counter(entry.name for _, _, series in groups for entry in series if entry.interval > 0)
-    channels = []
-    for group, _, series in groups:
-        for entry in series:
-            if entry.interval <= 0:
-                continue
-            name = entry.name if count[entry.name] == 1 else f"{group}/{entry.name}"
-            start = _late(entry, first) + entry.offset
-            channels.append(
-                Channel(
-                    name,
-                    entry.values,
-                    entry.unit,
-                    start=start,
-                    interval=entry.interval,
-                    long_name=entry.description,
-                    group=group,
-                    fault=entry.fault,
-                )
+    return named_apart(
+        [
+            Channel(
+                entry.name,
+                entry.values,
+                entry.unit,
+                start=_late(entry, first) + entry.offset,
+                interval=entry.interval,
+                long_name=entry.description,
+                group=group,
+                fault=entry.fault,
             )
-    return tuple(channels)
+            for group, _, series in groups
+            for entry in series
+            if entry.interval > 0
+        ]
+    )
 
 
 def _late(entry: _Series, first: np.datetime64 | None) -> float:

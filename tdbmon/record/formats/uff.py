@@ -28,7 +28,7 @@ class UFF58:
         return re.match(rb"\s{0,8}-1[ \t]*\r?\n[ \t]*\d{1,5}b?[ \t\r\n]", head) is not None
 
     def read(self, path: Path) -> Content:
-        pyuff = library("pyuff", "uff", path, self.name)
+        pyuff = library("pyuff", self, path)
         file = pyuff.UFF(str(path))
         kinds = np.atleast_1d(file.get_set_types())
         sets = [file.read_sets(int(index)) for index in np.flatnonzero(kinds == 58)]

@@ -58,31 +58,23 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
 
 def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
     """Quantities of one end."""
-    first = end.contacts.first if end.contacts is not None else None
-    release = analysis.release_time
-    gap = end.gap
-    missing = Estimate.missing("um", end.unsettled)
-    touch = first.touch if first else Estimate.missing("s", end.no_contact)
+    circle, first = end.circle, end.first
     rows: list[tuple[str, Estimate, str | None]] = [
         ("Air gap", end.air_gap, None),
-        ("Radius at rest", gap.radius if gap else missing, None),
-        ("Settled radius, lower limit", gap.lower if gap else missing, None),
-        ("Settled radius, upper limit", gap.upper if gap else missing, None),
+        ("Radius at rest", circle.radius, None),
+        ("Settled radius, lower limit", circle.lower, None),
+        ("Settled radius, upper limit", circle.upper, None),
         ("Radius at rest from the swing", end.gap_from_swing, None),
-        ("Out-of-roundness of the settled arc", gap.oval if gap else missing, None),
-        (FIRST_TOUCH, since(touch, release), None),
-        ("First contact, duration", first.duration if first else Estimate.missing("ms", end.no_contact), "ms"),
-        ("Rebound", first.rebound if first else Estimate.missing("um", end.no_contact), None),
-        (
-            RESTITUTION,
-            first.restitution if first else Estimate.missing("1", end.no_contact),
-            None,
-        ),
+        ("Out-of-roundness of the settled arc", circle.oval, None),
+        (FIRST_TOUCH, since(first.touch, analysis.release_time), None),
+        ("First contact, duration", first.duration, "ms"),
+        ("Rebound", first.rebound, None),
+        (RESTITUTION, first.restitution, None),
         ("Deepest excursion", end.deepest, None),
         ("Single-mass stiffness", end.stiffness, None),
     ]
     return [
-        Finding(name, end.name, estimate, unit, record_time(touch) if name == FIRST_TOUCH else "")
+        Finding(name, end.name, estimate, unit, record_time(first.touch) if name == FIRST_TOUCH else "")
         for name, estimate, unit in rows
     ]
 

@@ -66,22 +66,18 @@ def _computed(value: float, sigma: float | None = None) -> Estimate:
     return Estimate.from_sigma(value, sigma, "um", "machine file with its tolerances")
 
 
-def _missing(end: EndResult) -> Estimate:
-    return Estimate.missing("um", end.unsettled)
-
-
 _PARTS = (
-    ("Radius at rest (measured)", lambda end: end.gap.radius if end.gap else _missing(end)),
+    ("Radius at rest (measured)", lambda end: end.circle.radius),
     ("less travel in the balls (nominal)", lambda end: _computed(end.travel.balls)),
     ("less contact of shaft and ring (nominal)", lambda end: _computed(end.travel.contact)),
     ("less support (nominal)", lambda end: _computed(end.travel.support)),
     ("travel in all, with tolerances", lambda end: _computed(end.travel.total, end.travel.sigma)),
     ("= air gap", lambda end: end.air_gap),
-    ("Clearance centre x", lambda end: end.gap.centre[0] if end.gap else _missing(end)),
-    ("Clearance centre y", lambda end: end.gap.centre[1] if end.gap else _missing(end)),
-    ("Settled radius, 2.5 % of the time below", lambda end: end.gap.lower if end.gap else _missing(end)),
-    ("Settled radius, 2.5 % of the time above", lambda end: end.gap.upper if end.gap else _missing(end)),
-    ("Second harmonic of the radius", lambda end: end.gap.oval if end.gap else _missing(end)),
+    ("Clearance centre x", lambda end: end.circle.centre[0]),
+    ("Clearance centre y", lambda end: end.circle.centre[1]),
+    ("Settled radius, 2.5 % of the time below", lambda end: end.circle.lower),
+    ("Settled radius, 2.5 % of the time above", lambda end: end.circle.upper),
+    ("Second harmonic of the radius", lambda end: end.circle.oval),
 )
 
 

@@ -1,0 +1,17 @@
+"""The samples of a channel: when they were taken, and those that have a value."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+
+def times_of(channel: xr.DataArray) -> np.ndarray:
+    """Return the times of a channel's samples (n,), s."""
+    return channel[channel.dims[0]].to_numpy()
+
+
+def known_samples(channel: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
+    """Return times, s, and values of the samples that have a value."""
+    known = np.isfinite(channel.to_numpy())
+    return times_of(channel)[known], channel.to_numpy()[known]
