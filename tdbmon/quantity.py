@@ -134,9 +134,7 @@ def short(estimate: Estimate, width: float | None = None) -> str:
         return "–"
     factor, name = _unit(estimate, None)
     if width is None:
-        width = abs(estimate.value) * 1e-2
-        if estimate.low is not None and estimate.high is not None:
-            width = max(width, estimate.high - estimate.low)
+        width = max(abs(estimate.value) * 1e-2, estimate.width or 0.0)
     return f"{number(estimate.value * factor, width * factor)} {name}{_kind(estimate)}".strip()
 
 
@@ -150,7 +148,7 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
         return short(estimate), "–", words(difference)
     numbers = [estimate.value, before, difference.value]
     factor, name = _unit(Estimate(max(map(abs, numbers)), unit=estimate.unit), None)
-    width = max(_width(estimate), abs(estimate.value) * 1e-2) * factor
+    width = max(estimate.width or 0.0, abs(estimate.value) * 1e-2) * factor
     if difference.low is not None and difference.high is not None:
         numbers += [difference.low, difference.high]
         width = _told_apart(*(x * factor for x in numbers[2:]))
@@ -223,9 +221,3 @@ def moment(text: str) -> str:
         return f"{when:%Y-%m-%d}"
     zone = "" if when.tzinfo is None else f" {when.tzname()}"
     return f"{when:%Y-%m-%d %H:%M:%S}{zone}"
-
-
-def _width(estimate: Estimate) -> float:
-    if estimate.value is None or estimate.low is None or estimate.high is None:
-        return 0.0
-    return estimate.high - estimate.low

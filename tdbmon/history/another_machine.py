@@ -137,5 +137,5 @@ def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None
         return None
     low, high = values[0], values[-1]
     least = kind.least * (abs(values[len(values) // 2]) if kind.relative else 1.0)
-    own = 0.0 if mine.low is None or mine.high is None else (mine.high - mine.low) / 2
+    own = (mine.width or 0.0) / 2
     return max(low - mine.value, mine.value - high) > _FAR * max(high - low, least) + own
