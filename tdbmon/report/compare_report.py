@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbmon import __version__
 from tdbmon.history.compare import Comparison
 from tdbmon.history.standing import Judged
 from tdbmon.history.verdict import Verdict
@@ -41,6 +40,5 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Seq
         "Comparison with earlier drops",
         f"{entry.machine} · {when} · {entry.raw_name}",
         tuple(part for part in parts if part is not None),
-        note=synthetic_note(synthetic, 1 + len(comparison.matched)) if synthetic else "",
-        made=f"tdbmon {__version__}",
+        note=synthetic_note(synthetic, 1 + len(comparison.matched)),
     )

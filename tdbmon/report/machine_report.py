@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon import __version__
 from tdbmon.history.change import Change
 from tdbmon.history.machine_history import Course, MachineHistory
 from tdbmon.history.matching import doubts
@@ -34,8 +33,7 @@ def build_machine_report(history: MachineHistory) -> Document:
         "Machine report",
         f"{history.machine} · {counted(len(history.entries), 'drop')}",
         tuple(parts),
-        note=synthetic_note(synthetic, len(history.entries)) if synthetic else "",
-        made=f"tdbmon {__version__}",
+        note=synthetic_note(synthetic, len(history.entries)),
     )
 
 
