@@ -77,12 +77,9 @@ class AnalysisView:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from tdbmon.report.sections.findings import end_findings, rotor_findings
+        from tdbmon.report.sections.findings import all_findings
 
-        found = [
-            *rotor_findings(self.result),
-            *(f for e in self.result.ends.values() for f in end_findings(self.result, e)),
-        ]
+        found = all_findings(self.result)
         rows = [(f.name, f.end, words(f.estimate, f.unit) + f.beside) for f in found if f.estimate.known]
         missing = sum(not f.estimate.known for f in found)
         caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"

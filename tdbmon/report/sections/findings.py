@@ -30,6 +30,11 @@ def above_one(restitutions: Iterable[Estimate]) -> str:
     return ABOVE_ONE if any((estimate.value or 0.0) > 1 for estimate in restitutions) else ""
 
 
+def all_findings(analysis: Analysis) -> list[Finding]:
+    """Quantities of the rotor and of all ends."""
+    return rotor_findings(analysis) + [f for end in analysis.ends.values() for f in end_findings(analysis, end)]
+
+
 def rotor_findings(analysis: Analysis) -> list[Finding]:
     """Quantities of the whole rotor."""
     rundown = analysis.rundown
@@ -73,11 +78,7 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
         (FIRST_TOUCH, since(touch, release), None),
         ("First contact, duration", first.duration if first else Estimate.missing("ms", end.no_contact), "ms"),
         ("Rebound", first.rebound if first else Estimate.missing("um", end.no_contact), None),
-        (
-            RESTITUTION,
-            first.restitution if first else Estimate.missing("1", end.no_contact),
-            None,
-        ),
+        (RESTITUTION, first.restitution if first else Estimate.missing("1", end.no_contact), None),
         ("Deepest excursion", end.deepest, None),
         ("Single-mass stiffness", end.stiffness, None),
     ]
