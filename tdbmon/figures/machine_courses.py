@@ -27,7 +27,7 @@ from tdbmon.figures.style import (
     subplots,
 )
 from tdbmon.figures.trends import axis_name, scale_of
-from tdbmon.history.feature import KINDS
+from tdbmon.history.feature import KINDS, Key
 from tdbmon.history.speed_class import stood
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def machine_courses(history: MachineHistory) -> Figure:
             for x, s in own:
                 if s.low is not None and s.high is not None:
                     ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
-        off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get((course.name, course.end), ())]
+        off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get(course.key, ())]
         if off:
             ax.plot(
                 [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
@@ -92,7 +92,7 @@ def machine_courses(history: MachineHistory) -> Figure:
 def shown_courses(history: MachineHistory) -> list[Course]:
     """Return what is drawn: what was flagged in any drop, then the usual quantities."""
     flagged = history.flagged
-    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
+    found = [c for c in history.courses if c.name in _FIRST or c.key in flagged]
     return sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
 
 
@@ -108,7 +108,7 @@ def _class_name(speed: float) -> str:
     return "standstill" if stood(speed) else f"{speed:.4g} Hz"
 
 
-def _rank(course: Course, flagged: dict[tuple[str, str], tuple[str, ...]]) -> tuple[int, int]:
+def _rank(course: Course, flagged: dict[Key, tuple[str, ...]]) -> tuple[int, int]:
     """What was flagged comes first, the most often flagged at the top; then the usual quantities."""
-    times = len(flagged.get((course.name, course.end), ()))
+    times = len(flagged.get(course.key, ()))
     return -times, _FIRST.index(course.name) if course.name in _FIRST else len(_FIRST)

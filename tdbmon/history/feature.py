@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 from tdbmon.estimate import Estimate
 
+Key = tuple[str, str]  # name and end of a quantity
+
 NO_FORCES = "needs the fitted simulation: file the drop with --forces"  # why a quantity of it is missing
 
 
@@ -26,6 +28,11 @@ class Feature:
     name: str
     end: str
     estimate: Estimate
+
+    @property
+    def key(self) -> Key:
+        """Name and end."""
+        return self.name, self.end
 
 
 @dataclass(frozen=True)
@@ -346,7 +353,7 @@ KINDS = {kind.name: kind for kind in _KINDS}
 _RANKS = {name: rank for rank, name in enumerate(KINDS)}
 
 
-def in_order(features: Iterable[tuple[str, str]], ends: Sequence[str]) -> list[tuple[str, str]]:
+def in_order(features: Iterable[Key], ends: Sequence[str]) -> list[Key]:
     """Return features (name and end) in the order of `KINDS`, then in that of the ends."""
     return sorted(features, key=lambda feature: (_RANKS[feature[0]], place_of(feature[1], ends)))
 

@@ -24,8 +24,8 @@ def losses(before: Filing, after: Filing) -> tuple[str, ...]:
         found.append(f"{counted(len(channels), 'channel')} ({', '.join(channels)})")
     if others:
         found.append(f"{counted(len(others), 'check')} that it passed ({', '.join(others)})")
-    known = {(f.name, f.end) for f in after.features if f.estimate.known}
-    gone = [f for f in before.features if f.estimate.known and (f.name, f.end) not in known and f.name != "initial_hz"]
+    known = {f.key for f in after.features if f.estimate.known}
+    gone = [f for f in before.features if f.estimate.known and f.key not in known and f.name != "initial_hz"]
     if gone:
         titles = [KINDS[f.name].title_at(f.end) if f.name in KINDS else f"{f.name} {f.end}" for f in gone]
         more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""

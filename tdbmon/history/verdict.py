@@ -10,7 +10,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.change import NO_SUCH, Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
-from tdbmon.history.feature import NO_FORCES
+from tdbmon.history.feature import NO_FORCES, Key
 from tdbmon.history.matching import doubted_probes
 from tdbmon.history.not_compared import named
 from tdbmon.history.sight import WEAR, Sight, sights
@@ -34,13 +34,13 @@ class Verdict:
     word : str
     reasons : tuple of str
         Plain sentences.
-    concerns : tuple of (str, str)
-        Quantities, by name and end, that an alarm is about: only a drop that shows them clears it.
+    concerns : tuple of Key
+        Quantities that an alarm is about: only a drop that shows them clears it.
     """
 
     word: Word
     reasons: tuple[str, ...]
-    concerns: tuple[tuple[str, str], ...] = ()
+    concerns: tuple[Key, ...] = ()
 
     @property
     def alarm(self) -> bool:
@@ -83,10 +83,10 @@ def verdict_of(comparison: Comparison) -> Verdict:
         few += [_dim(each) for each in seen if not each.enough and not each.lost]
     remarks = [*beside(comparison), *comparison.remarks]
     concerns = (
-        *(_key(change) for change, _ in passed),
+        *(change.key for change, _ in passed),
         *(("gap_um", each.end) for each in seen if each.lost),
-        *(_key(change) for change in (*_most_lost(comparison), *unfollowed)),
-        *(_key(change) for change in comparison.flagged),
+        *(change.key for change in (*_most_lost(comparison), *unfollowed)),
+        *(change.key for change in comparison.flagged),
         *(comparison.likeness.where if comparison.likeness.strange else ()),
     )
     if inspect:
@@ -106,10 +106,6 @@ def verdict_of(comparison: Comparison) -> Verdict:
             f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
         )
     return Verdict("as before", (all_well, *map(_seen, seen), *remarks))
-
-
-def _key(change: Change) -> tuple[str, str]:
-    return change.kind.name, change.end
 
 
 def _seen(sight: Sight) -> str:
@@ -345,9 +341,7 @@ def _causes(change: Change, comparison: Comparison, way: float) -> str:
         )
     if not change.kind.both_ends or not others:
         return meaning
-    restitution = next(
-        (c.estimate.value for c in comparison.changes if (c.kind.name, c.end) == ("restitution", change.end)), None
-    )
+    restitution = next((c.estimate.value for c in comparison.changes if c.key == ("restitution", change.end)), None)
     if restitution is not None and restitution > 1:
         return (
             f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there feeds it (gap,"

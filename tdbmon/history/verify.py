@@ -181,8 +181,8 @@ def _left_out(path: Path, file: str) -> Fault:
 
 def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:
     """The catalogue's features of a result that are not those of its file."""
-    filed = {(f.name, f.end): f.estimate.outside for f in read_result(folder / file).features}
-    listed = {(f.name, f.end): f.estimate.outside for f in in_catalogue}
+    filed = {f.key: f.estimate.outside for f in read_result(folder / file).features}
+    listed = {f.key: f.estimate.outside for f in in_catalogue}
     for key in sorted(filed.keys() | listed.keys()):
         if not _equal(filed.get(key), listed.get(key)):
             name = " ".join(key).strip()

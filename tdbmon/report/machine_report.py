@@ -104,10 +104,7 @@ def _without_ring(history: MachineHistory) -> list[Block]:
         f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
         for judged in history.judged
         for change in judged.comparison.changes
-        if _stays_off(change)
-        and not change.flag
-        and not change.as_in
-        and (change.kind.name, change.end) in history.flagged
+        if _stays_off(change) and not change.flag and not change.as_in and change.key in history.flagged
         if change.p_adjusted is not None and not doubts(judged.comparison.entry.failed_checks)
     ]
     if not found:

@@ -67,8 +67,8 @@ def filing(
         features += [_feature("fatigue_cycles", end, cycles) for end in ENDS]
     given = {} if stress is None else {("stress_max_mpa", end): stress / USUAL["MPa"] for end in ENDS}
     given |= values or {}
-    features = [f for f in features if f.name != "stress_max_mpa" or (f.name, f.end) in given]
-    features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
+    features = [f for f in features if f.name != "stress_max_mpa" or f.key in given]
+    features = [_feature(f.name, f.end, given[f.key]) if f.key in given else f for f in features]
     boxes = (
         ()
         if stress is None

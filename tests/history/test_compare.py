@@ -76,7 +76,7 @@ def test_probabilities_of_what_is_judged_do_not_depend_on_what_is_not(empty, tmp
     for each in (made, without):
         empty.add(each, raw, machine)
         changes = judged(empty, made.drop)[0].changes
-        found.append({(c.kind.name, c.end): c.p_adjusted for c in changes if c.kind.judged})
+        found.append({c.key: c.p_adjusted for c in changes if c.kind.judged})
         empty.remove(made.drop)
     assert found[0] == found[1]
 
@@ -89,7 +89,7 @@ def test_the_trend_counts_the_drops_that_lack_the_quantity(empty, tmp_path):
             empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", **({"few": True} if i % 2 else {"values": values})
         )
     comparison, _ = judged(empty, drop)
-    change = next(c for c in comparison.changes if (c.kind.name, c.end) == ("fall_time_ms", "NDE"))
+    change = next(c for c in comparison.changes if c.key == ("fall_time_ms", "NDE"))
     assert not change.estimate.known
     assert change.trend.slope.value == pytest.approx(0.01 * 7e-3)
     courses = {(course.name, course.end): course for course in machine_history(empty, "made up").courses}
@@ -154,8 +154,8 @@ def test_what_was_flagged_is_no_measure_for_the_next_drop(empty, tmp_path, corre
     keys = [(name, end) for name in kinds for end in ENDS]
     values = {key: float(size) for key, size in zip(keys, sizes, strict=True)}
     changed = add(empty, tmp_path, 50, dropped="2020-02-01", values=values)
-    flagged = {(c.kind.name, c.end) for c in judged(empty, changed)[0].flagged}
+    flagged = {c.key for c in judged(empty, changed)[0].flagged}
     after = judged(empty, add(empty, tmp_path, 51, dropped="2020-02-02"))[0].changes
-    left_out = {(c.kind.name, c.end) for c in after if changed in c.left_out}
+    left_out = {c.key for c in after if changed in c.left_out}
     assert len(flagged) > 5
     assert flagged <= left_out

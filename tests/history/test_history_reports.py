@@ -144,7 +144,7 @@ def test_with_few_drops_before_the_values_stand_side_by_side(empty, tmp_path, be
     assert f"takes {5 - before} more drop" in said.text and "100 Hz, at most 5 % off" in said.text
     assert table.header[1:] == (made[-1].raw_name, *(each.raw_name for each in made[:-1]))
     (row,) = [row for row in table.rows if row.cells[0] == "Radius at rest, NDE"]
-    values = [next(f.estimate.value for f in each.features if (f.name, f.end) == ("gap_um", "NDE")) for each in made]
+    values = [next(f.estimate.value for f in each.features if f.key == ("gap_um", "NDE")) for each in made]
     assert [float(cell.split()[0]) for cell in row.cells[1:]] == pytest.approx(
         [1e6 * value for value in (values[-1], *values[:-1])], abs=0.6
     )
@@ -381,7 +381,7 @@ def test_a_change_of_level_is_drawn_where_it_is_among_many_drops(empty, tmp_path
         level = 1.0 if i < 50 else 1.3
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): level + 0.01 * (i % 3)})
     found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
-    (change,) = (c for c in found.changes if (c.kind.name, c.end) == ("rebound_um", "NDE"))
+    (change,) = (c for c in found.changes if c.key == ("rebound_um", "NDE"))
     ax = trends(found, [change]).axes[0]
     before, after = (line.get_xdata().tolist() for line in ax.lines if line.get_linestyle() == "--")
     assert len(change.series) == 61

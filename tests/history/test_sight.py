@@ -185,7 +185,7 @@ def test_growth_is_flagged_from_where_it_is_said_to_be_seen(empty, tmp_path, see
 
     growth = sight(grown(0.0), "NDE").growth
     for share, seen in ((1.1 * growth, True), (0.9 * growth, False)):
-        assert any((c.kind.name, c.end) in {(k, "NDE") for k in kept} for c in grown(share).flagged) == seen
+        assert any(c.key in {(k, "NDE") for k in kept} for c in grown(share).flagged) == seen
 
 
 def test_a_fit_that_is_lost_is_a_reason_to_look(empty, tmp_path):
