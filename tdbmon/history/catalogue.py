@@ -118,6 +118,31 @@ class Entry:
         return self.moment, self.filed, self.id
 
 
+@dataclass(frozen=True)
+class Result:
+    """A result of a drop.
+
+    Attributes
+    ----------
+    file, file_sha256 : str
+        Its file in the archive.
+    version, machine_sha256 : str
+        Of the program and of the machine file that made it.
+    forces : bool
+        Made with forces.
+    """
+
+    file: str
+    file_sha256: str
+    version: str
+    machine_sha256: str
+    forces: bool
+
+    def overtakes(self, version: str, machine_sha256: str) -> bool:
+        """Return whether it is by this version and another machine file, and so made after the result of these."""
+        return self.version == version and self.machine_sha256 != machine_sha256
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[sqlite3.Connection]:
     """Hold the catalogue for one writer; all it did is there afterwards, or nothing of it.
@@ -275,15 +300,17 @@ def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Stre
     return {result: tuple(found) for result, found in rows.items()}
 
 
-def maker(base: sqlite3.Connection, result: int) -> tuple[str, str]:
-    """Return the version of the program and the SHA-256 of the machine file that made a result."""
-    row = base.execute("SELECT version, machine_sha256 FROM results WHERE id = ?", (result,)).fetchone()
-    return str(row[0]), str(row[1])
-
-
-def has_forces(base: sqlite3.Connection, result: int) -> bool:
-    """Return whether a result was made with forces."""
-    return bool(base.execute("SELECT forces FROM results WHERE id = ?", (result,)).fetchone()[0])
+def result(base: sqlite3.Connection, drop: str) -> Result:
+    """Return the result of a drop that counts (raises `InputError` where there is no such drop)."""
+    row = base.execute(
+        "SELECT r.file, r.file_sha256, r.version, r.machine_sha256, r.forces FROM results r JOIN drops d ON d.result = r.id"
+        " WHERE d.id = ?",
+        (drop,),
+    ).fetchone()
+    if row is None:
+        raise InputError(f"no drop '{drop}' is in the catalogue; 'tdbmon archive list' shows those that are filed")
+    file, file_sha256, version, machine_sha256, forces = row
+    return Result(file, file_sha256, version, machine_sha256, bool(forces))
 
 
 def version_key(version: str) -> tuple[int, ...]:

@@ -137,8 +137,8 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
     with catalogue.reading(archive.catalogue) as base:
         found = catalogue.features(base, [entry.result])[entry.result]
         boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
-        version, machine = catalogue.maker(base, entry.result)
-    filed = Drop(entry, found, boxes, version, machine, archive.ends(entry.id))
+        result = catalogue.result(base, entry.id)
+    filed = Drop(entry, found, boxes, result.version, result.machine_sha256, archive.ends(entry.id))
     if counts(entry):
         return filed
     filing = archive.filing(entry.id)
@@ -243,8 +243,8 @@ def _settings_remarks(archive: Archive, machine: str) -> list[str]:
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:
     """How many drops were analysed by another version or with another machine file."""
-    mine = (drop.version, drop.machine_sha256)
-    return sum(catalogue.maker(base, entry.result) != mine for entry in matched)
+    results = (catalogue.result(base, entry.id) for entry in matched)
+    return sum((r.version, r.machine_sha256) != (drop.version, drop.machine_sha256) for r in results)
 
 
 def _least_probable_first(changes: Iterable[Change]) -> tuple[Change, ...]:
