@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tdbsim.errors import InputError
 
@@ -59,6 +59,7 @@ CREATE VIEW features AS
 """
 
 
+# in the order of `Entry`
 _COLUMNS = (
     "id, sha256, raw, raw_name, machine, assembly, dropped, moment, filed, speed_hz, synthetic, failed_checks, result"
 )
@@ -179,14 +180,10 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
         if not path.exists():
             raise InputError(f"{path}: no catalogue; 'tdbmon archive verify --rebuild' makes it from the result files")
         try:
-            base = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=_WAIT_S, isolation_level=None
-            )
+            base = _connection(path, "rw")
             base.execute("SELECT 1 FROM sqlite_master")
         except sqlite3.OperationalError:
-            base = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=_WAIT_S, isolation_level=None
-            )
+            base = _connection(path, "ro")
         try:
             base.execute("BEGIN")
             _version(base, path)
@@ -206,9 +203,9 @@ def version_of(path: Path) -> int:
     if not path.exists():
         return 0
     with _told(path):
-        base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+        base = _connection(path, "ro")
         try:
-            return int(base.execute("PRAGMA user_version").fetchone()[0])
+            return _user_version(base)
         finally:
             base.close()
 
@@ -348,8 +345,16 @@ def _create(base: sqlite3.Connection) -> None:
     base.execute(f"PRAGMA user_version = {SCHEMA}")
 
 
+def _connection(path: Path, mode: Literal["rw", "ro"]) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=_WAIT_S, isolation_level=None)
+
+
+def _user_version(base: sqlite3.Connection) -> int:
+    return int(base.execute("PRAGMA user_version").fetchone()[0])
+
+
 def _version(base: sqlite3.Connection, path: Path) -> int:
-    version = int(base.execute("PRAGMA user_version").fetchone()[0])
+    version = _user_version(base)
     if version > SCHEMA:
         raise InputError(
             f"{path}: catalogue of a newer tdbmon (schema {version}, this one has {SCHEMA}): update tdbmon"
@@ -358,22 +363,9 @@ def _version(base: sqlite3.Connection, path: Path) -> int:
 
 
 def _entry(row: tuple[Any, ...]) -> Entry:
-    fields = dict(zip(_COLUMNS.split(", "), row, strict=True))
-    return Entry(
-        id=fields["id"],
-        sha256=fields["sha256"],
-        raw_name=fields["raw_name"],
-        machine=fields["machine"],
-        assembly=fields["assembly"],
-        dropped=fields["dropped"],
-        filed=fields["filed"],
-        raw=fields["raw"],
-        moment=fields["moment"],
-        speed=fields["speed_hz"],
-        synthetic=bool(fields["synthetic"]),
-        failed_checks=tuple(json.loads(fields["failed_checks"])),
-        result=fields["result"],
-    )
+    *stated, synthetic, failed_checks, result = row
+    fields = (*stated, bool(synthetic), tuple(json.loads(failed_checks)), result)
+    return Entry(*fields)
 
 
 def _row(result: int | None, feature: Feature, wordings: dict[str, int]) -> tuple[object, ...]:
