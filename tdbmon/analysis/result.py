@@ -180,6 +180,11 @@ class Analysis:
         return [name for name, end in self.ends.items() if end.seen]
 
     @property
+    def released(self) -> float | None:
+        """Instant of the release, s; None where it is not known."""
+        return None if self.release is None else self.release.time.value
+
+    @property
     def release_time(self) -> Estimate:
         """Instant of the release."""
         if not self.falls:

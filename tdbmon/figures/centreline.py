@@ -25,7 +25,6 @@ from tdbmon.figures.style import (
     colour_bar,
     legend_below,
     new_figure,
-    released,
     said,
     say,
     styled,
@@ -135,7 +134,7 @@ def courses_of(analysis: Analysis) -> Courses:
         If no end has both a clearance circle and two windows after the release.
     """
     found: Courses = {}
-    after = None if analysis.planes is None else analysis.planes.sel(time=slice(released(analysis), None))
+    after = None if analysis.planes is None else analysis.planes.sel(time=slice(analysis.released, None))
     if after is not None and after.sizes["time"] >= _LEAST_S * after.attrs["sampling_hz"]:
         path = orbit.centreline(after, _WINDOW_S)
         for end in circled_ends(analysis):

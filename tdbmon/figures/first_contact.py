@@ -23,7 +23,6 @@ from tdbmon.figures.style import (
     circled_ends,
     legend_below,
     new_figure,
-    released,
     said,
     styled,
     subplots,
@@ -69,7 +68,7 @@ def touched_ends(analysis: Analysis) -> list[str]:
 
 def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     result = analysis.ends[end]
-    release = released(analysis)
+    release = analysis.released
     ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
     ax.set_ylabel("outward from the clearance centre [µm]")
     first = result.contacts.first if result.contacts is not None else None

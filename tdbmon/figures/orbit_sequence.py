@@ -19,7 +19,6 @@ from tdbmon.figures.style import (
     clipped,
     legend_below,
     new_figure,
-    released,
     said,
     say,
     styled,
@@ -59,7 +58,7 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
         return []
     time = analysis.planes.time.to_numpy()
     first, last = float(time[0]), float(time[-1])
-    release = released(analysis)
+    release = analysis.released
     begin = first if release is None else release
     result = analysis.ends[end]
     events = result.contacts.events if result.contacts is not None else ()

@@ -309,11 +309,6 @@ def circled_ends(analysis: Analysis) -> list[str]:
     return [end for end in analysis.seen_ends if has_circle(analysis, end)]
 
 
-def released(analysis: Analysis) -> float | None:
-    """Instant of the release, s; None where it is not known."""
-    return None if analysis.release is None else analysis.release.time.value
-
-
 def has_circle(analysis: Analysis, end: str) -> bool:
     """Whether radius and centre of an end's clearance circle are known."""
     gap = analysis.ends[end].gap

@@ -23,7 +23,6 @@ from tdbmon.figures.style import (
     mark_phases,
     name_axis,
     new_figure,
-    released,
     said,
     styled,
     subplots,
@@ -103,7 +102,7 @@ def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
 
 
 def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:
-    release = released(analysis)
+    release = analysis.released
     if release is not None and start <= release <= stop:
         ax.axvline(release, color=GREY, linewidth=0.8, label="release")
     contacts = analysis.ends[end].contacts

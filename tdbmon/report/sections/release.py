@@ -103,7 +103,7 @@ def _figures(analysis: Analysis) -> list[Block]:
     from tdbmon.figures.time_history import time_history
 
     time = analysis.planes.time.to_numpy()  # type: ignore[union-attr]
-    release = analysis.release.time.value if analysis.release is not None else None
+    release = analysis.released
     begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
     end = min(begin + _FIRST_S, float(time[-1]))
     first = Figure(
