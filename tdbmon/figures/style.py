@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec
@@ -236,12 +236,15 @@ def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
 
 def said(analysis: Analysis, *more: str) -> str:
     """Say at which plane displacement was drawn, how it was filtered, and whether runout was taken off."""
-    planes = {end: result.plane for end, result in analysis.ends.items() if result.seen}
-    if set(planes.values()) == {"bearing"}:
-        where = "at the bearing planes"
-    else:
-        where = ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
+    where = plane_words({end: result.plane for end, result in analysis.ends.items() if result.seen})
     return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), runout_words(analysis.checks)])
+
+
+def plane_words(planes: Mapping[str, str]) -> str:
+    """Return at which plane of each end displacement is drawn."""
+    if set(planes.values()) == {"bearing"}:
+        return "at the bearing planes"
+    return ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
 
 
 def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
