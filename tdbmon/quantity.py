@@ -200,8 +200,13 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
     size = max(abs(x) for x in (estimate.value or 0.0, estimate.low or 0.0, estimate.high or 0.0)) * factor
     if size >= _LONG or (chosen == "1" and 0 < size < _TINY):  # 1302123761 N/m^(10/9) is 1.302 ×10⁹ N/m^(10/9)
         power = 3 * int(math.log10(size) // 3)
-        return factor / 10.0**power, f"×10{str(power).translate(_RAISED)} {_UNIT_WORD.get(chosen, chosen)}".rstrip()
+        return factor / 10.0**power, f"×10{raised(power)} {_UNIT_WORD.get(chosen, chosen)}".rstrip()
     return factor, _UNIT_WORD.get(chosen, chosen)
+
+
+def raised(power: int) -> str:
+    """Return a power as it stands behind its base: ``⁻³``."""
+    return str(power).translate(_RAISED)
 
 
 def rpm(speed: Estimate) -> str:

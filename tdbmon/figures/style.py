@@ -16,6 +16,7 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
+from tdbmon.quantity import raised
 from tdbmon.record.slow_roll import runout_words
 
 if TYPE_CHECKING:
@@ -37,7 +38,6 @@ _LETTER_PT = 4.4  # mean width of a letter of figures' words
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
-_RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
 _DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY, SKY, BLACK)
 _DROP_LINES = ("-", "--", "-.")
@@ -224,7 +224,7 @@ def name_between(axis: Axis) -> None:
 
 def _power(value: float, _: int) -> str:
     """Return a power of ten as text."""
-    return "10" + str(round(math.log10(value))).translate(_RAISED) if value > 0 else ""
+    return f"10{raised(round(math.log10(value)))}" if value > 0 else ""
 
 
 def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
