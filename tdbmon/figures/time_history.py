@@ -60,11 +60,11 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     for i, end in enumerate(ends):
         for j, axis in enumerate(("y", "x")):
             ax = axes[2 * i + j]
-            values = planes.displacement.sel(end=end, axis=axis).to_numpy()[inside]
+            values = planes.displacement.sel(end=end, axis=axis).to_numpy()[inside] * UM
             ax.set_xlim(start, stop)
             mark_phases(ax, analysis, names=i == j == 0)
             ax.plot(
-                *_scaled(envelope_line(time[inside], values, _BINS)),
+                *envelope_line(time[inside], values, _BINS),
                 color=AXIS_COLOUR[axis],
                 linewidth=0.7,
                 rasterized=len(values) > 1200,
@@ -83,10 +83,6 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
 def shows_touches(start: float, stop: float) -> bool:
     """Whether a stretch is short enough that touches can be told apart."""
     return stop - start < _TOUCHES_S
-
-
-def _scaled(line: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    return line[0], line[1] * UM
 
 
 def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
