@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -63,7 +64,7 @@ def fleet(members: list[Member]) -> Figure:
     rows = math.ceil(len(shown) / _COLUMNS)
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
     figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
-    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5), sharey=False)
+    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5))
     of_all = [member.gaps() for member in shown]
     limits = [_limit_of(member, gaps) for member, gaps in zip(shown, of_all, strict=True)]
     reach = _reach(of_all, limits)
@@ -98,10 +99,7 @@ def fleet(members: list[Member]) -> Figure:
             ax.set_yticklabels([])
         else:
             ax.set_ylabel("radius, change [µm]", fontsize=6.5)
-    for ax in axes.flat[len(shown) :]:
-        ax.set_visible(False)
-    for ax in axes.flat[max(0, len(shown) - _COLUMNS) : len(shown)]:
-        ax.set_xlabel("drop")
+    end_columns(axes, len(shown), "drop")
     legend_below(figure, 4)
     return figure
 

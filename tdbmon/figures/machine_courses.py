@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.drop_names import drop_names, end_columns
+from tdbmon.figures.drop_names import drop_names, drops_label, end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -84,7 +84,7 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_title(course.title, fontsize=7)
         ax.set_ylabel(axis_name(KINDS[course.name]))
         drop_names(ax, history.entries, _NAMED)
-    end_columns(axes, len(shown), history.entries)
+    end_columns(axes, len(shown), drops_label(history.entries))
     legend_below(figure, _COLUMNS)
     return figure
 

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.estimate import OUTSIDE
-from tdbmon.figures.drop_names import drop_names, end_columns
+from tdbmon.figures.drop_names import drop_names, drops_label, end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -53,7 +53,7 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
         drop_names(ax, entries, _NAMED)
         if change.kind.name == "gap_um":
             _limit(ax, change, comparison.settings.inspect.gap_growth)
-    end_columns(axes, len(shown), entries)
+    end_columns(axes, len(shown), drops_label(entries))
     return figure
 
 
