@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from tdbsim.columns import GAP
 
-from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.evidence import PLAIN, Evidence
 from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
 from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
@@ -43,7 +43,7 @@ def section(evidence: Evidence) -> Section:
             " contact; one in a contact says that gap, stiffness, damping or friction act otherwise than in the model."
             + evidence.selection,
             "For each end, x and y of the missing force against time, with band, for some drops side by side.",
-            partial(force_against_time, [forces[k] for k in shown], ends, [speeds[k] for k in shown], "plain model"),
+            partial(force_against_time, [forces[k] for k in shown], ends, [speeds[k] for k in shown], PLAIN),
         ),
         Figure(
             "residual-force-place",
@@ -53,7 +53,7 @@ def section(evidence: Evidence) -> Section:
             "For each end, arrows in the clearance circle, and radial and tangential force against angle.",
             partial(force_against_place, forces, ends, gaps, speeds),
         ),
-        table("plain model", forces, ends),
+        table(PLAIN, forces, ends),
     ]
     return Section("The force that is missing", tuple(blocks))
 
