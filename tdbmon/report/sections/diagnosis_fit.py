@@ -5,7 +5,6 @@ from __future__ import annotations
 from functools import partial
 
 from tdbmon.diagnosis.evidence import EXTENDED, Evidence
-from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Figure, Paragraph, Section
 
 
@@ -45,7 +44,7 @@ def extended(evidence: Evidence) -> Section | None:
         return None
     from tdbmon.figures.measured_against_simulated import measured_against_simulated
 
-    believed = evidence.diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+    believed = evidence.diagnosis.verdict.believes
     what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
     blocks: list[Block] = [
         Paragraph(
