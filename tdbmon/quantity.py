@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from datetime import datetime
 from decimal import Decimal
 
@@ -44,6 +45,12 @@ def off_by(ratio: float) -> str:
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def first_few(names: Sequence[str], most: int, between: str = ", ") -> str:
+    """Return the first of some names, and how many more there are: ``a, b and 3 more``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:most]) + more
 
 
 def capitalised(words: str) -> str:

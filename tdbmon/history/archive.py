@@ -30,7 +30,7 @@ from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
 from tdbmon.history.twin import at_same_instant, read_and_laid, twin_of
-from tdbmon.quantity import moment
+from tdbmon.quantity import first_few, moment
 from tdbmon.sha256 import sha256_of
 
 _FEW = 5  # drops of one name that a message lists
@@ -87,11 +87,8 @@ class Archive:
             if len(found) == 1:
                 return found[0]
             if found:
-                several = ", ".join(f"{entry.id} of {entry.machine}" for entry in found[:_FEW])
-                more = f" and {len(found) - _FEW} more" if len(found) > _FEW else ""
-                raise InputError(
-                    f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}{more}"
-                )
+                several = first_few([f"{entry.id} of {entry.machine}" for entry in found], _FEW)
+                raise InputError(f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}")
             some = [each for row in base.execute("SELECT id, raw_name FROM drops") for each in row]
         near = did_you_mean(drop, some)
         shown = (

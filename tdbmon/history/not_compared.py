@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
-from tdbmon.quantity import decapitalised
+from tdbmon.quantity import decapitalised, first_few
 
 _NAMED = 4  # quantities with one reason
 
@@ -39,9 +39,7 @@ def not_compared_count(comparison: Comparison) -> str:
 
 def named(changes: Sequence[Change]) -> str:
     """Return the names of some quantities within a sentence, of many the first few and how many more."""
-    titles = [decapitalised(change.kind.title) for change in changes]
-    more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
-    return ", ".join(titles[:_NAMED]) + more
+    return first_few([decapitalised(change.kind.title) for change in changes], _NAMED)
 
 
 def _place(end: str) -> str:
