@@ -123,9 +123,17 @@ class Comparison:
         """How many of the judged features are known of this drop and of fewer than three before."""
         return sum(c.kind.judged and c.difference is not None for c in self.changes) - self.telling
 
-    def level_of(self, change: Change) -> float:
-        """Return the probability below which a change is called off, corrected for how many are looked at with it."""
-        return self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
+    def detectable(self, change: Change) -> float | None:
+        """Return the smallest difference of a change that would be called off, corrected for how many are looked at with it.
+
+        None where none would.
+        """
+        level = self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
+        return None if change.difference is None else change.difference.detectable(level)
+
+    def drop_at(self, change: Change, index: int) -> str:
+        """Return the identifier of a drop that a change's trend goes over, by its place in it."""
+        return change.trend_drops(self.entry.id)[index]
 
     def _with_probability(self, *, judged: bool) -> int:
         return sum(c.kind.judged == judged and c.p_adjusted is not None for c in self.changes)

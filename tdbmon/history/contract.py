@@ -125,7 +125,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "slope": None,
     }
     difference = Estimate.missing(kind.unit, change.why or "not compared")
-    detectable = None
+    smallest = comparison.detectable(change)
     if found is not None:
         before["centre"] = factor * found.before.centre
         before["median"] = factor * found.before.median
@@ -137,8 +137,6 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         difference = Estimate(
             found.value, found.low, found.high, kind.unit, "drop less the centre of those before", why
         )
-        smallest = found.detectable(comparison.level_of(change))
-        detectable = None if smallest is None else factor * smallest
     trend = change.trend
     no_trend = Estimate.missing(kind.unit, "a trend needs four drops")
     point = None if trend is None or trend.change is None else trend.change
@@ -154,7 +152,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "flag": change.flag,
         "noted": change.noted,
         "as_in": list(change.as_in),
-        "detectable": detectable,
+        "detectable": None if smallest is None else factor * smallest,
         "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
         "trend_p": None if trend is None else trend.p,
         "trend_p_adjusted": change.p_drift,
@@ -162,13 +160,9 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
         "change_point": None
         if point is None
         else {
-            "drop": _drop_at(change, comparison, point.index),
+            "drop": comparison.drop_at(change, point.index),
             "before": factor * point.before,
             "after": factor * point.after,
             "p": point.p,
         },
     }
-
-
-def _drop_at(change: Change, comparison: Comparison, index: int) -> str:
-    return change.trend_drops(comparison.entry.id)[index]

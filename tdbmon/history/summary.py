@@ -70,8 +70,7 @@ def values_of(change: Change) -> tuple[str, str, str]:
 
 def seen_from(change: Change, comparison: Comparison) -> str:
     """Return the smallest difference that would have been flagged; the dash where none would."""
-    found = change.difference
-    smallest = None if found is None else found.detectable(comparison.level_of(change))
+    smallest = comparison.detectable(change)
     return "–" if smallest is None else short(Estimate(smallest, unit=change.kind.unit), width=0.1 * smallest)
 
 

@@ -155,7 +155,7 @@ def _drift(change: Change, comparison: Comparison) -> str:
         raise ValueError(f"{change.title}: drifts without a trend")
     clear = f"over {len(change.series)} drops (p = {change.p_drift:.2g}, corrected)"
     if trend.step is not None:
-        first = comparison.record(change.trend_drops(comparison.entry.id)[trend.step.index])
+        first = comparison.record(comparison.drop_at(change, trend.step.index))
         rise = trend.step.after - trend.step.before
         size = short(Estimate(abs(rise), unit=change.kind.unit), 0.1 * abs(rise))
         return (

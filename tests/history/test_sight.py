@@ -147,9 +147,7 @@ def test_growth_that_a_fall_shows_is_that_of_the_height_really_fallen(years):
     found = {c.kind.name: c for c in last.changes if c.end == answer["end"]}
     fall, radius = found["fall_time_ms"], np.median([e.value for _, e in found["gap_um"].earlier])
     told = sight(last, answer["end"])
-    share = (
-        fall.difference.detectable(last.level_of(fall)) / fall.difference.value
-    )  # of what the wear made the fall longer by
+    share = last.detectable(fall) / fall.difference.value  # of what the wear made the fall longer by
     assert told.growth * radius == pytest.approx(share * answer["wear_of_the_journal_m"], rel=0.08)
     assert told.seen_from == "7 %"
 
