@@ -107,12 +107,12 @@ def _years(out: Path, progress: Progress) -> list[str]:
     progress("archive: drawing the figures and writing the reports")
     last = history.last
     for name, document in (
-        ("comparison", build_compare_report(last.comparison, last.verdict, history.standing_earlier)),
+        ("comparison", build_compare_report(last, history.standing_earlier)),
         ("machine", build_machine_report(history)),
     ):
         _write(document, out, name)
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf")
-    write_json(out / "comparison.json", comparison_json(last.comparison, last.verdict, history.standing_earlier))
+    write_json(out / "comparison.json", comparison_json(last, history.standing_earlier))
     return lines
 
 

@@ -22,10 +22,8 @@ from tdbmon.quantity import counted, moment, printed
 from tdbmon.report_file import check_reports, draw_reports
 
 if TYPE_CHECKING:
-    from tdbmon.history.compare import Comparison
     from tdbmon.history.fleet import Member
     from tdbmon.history.standing import Judged
-    from tdbmon.history.verdict import Verdict
     from tdbmon.report.document import Document
 
 
@@ -216,7 +214,6 @@ def compare(
     from tdbmon.history.standing import Judged, standing_beside
     from tdbmon.history.summary import comparison_lines
     from tdbmon.history.unfiled import drop_to_compare
-    from tdbmon.history.verdict import verdict_of
 
     check_reports(reports)
     check_outputs([json_file, *reports], [machine, Path(drop) if drop else None])
@@ -224,16 +221,15 @@ def compare(
     with on_terminal() as tell:
         archive = open_archive(folder)
         tell("reading the drop")
-        comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
-        verdict = verdict_of(comparison)
-        standing = standing_beside(archive, Judged(comparison, verdict))
-    written = write_json(json_file, comparison_json(comparison, verdict, standing))
-    say([*comparison_lines(comparison, verdict, standing), *written])
-    draw_reports(reports, lambda _: _comparison_document(comparison, verdict, standing))
-    return 3 if fail_on == "alarm" and (verdict.alarm or standing) else 0
+        judged = Judged(run(archive, drop_to_compare(archive, drop, machine, forces, tell)))
+        standing = standing_beside(archive, judged)
+    written = write_json(json_file, comparison_json(judged, standing))
+    say([*comparison_lines(judged, standing), *written])
+    draw_reports(reports, lambda _: _comparison_document(judged, standing))
+    return 3 if fail_on == "alarm" and (judged.verdict.alarm or standing) else 0
 
 
-def _comparison_document(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]) -> Document:
+def _comparison_document(judged: Judged, standing: Sequence[Judged]) -> Document:
     from tdbmon.report.compare_report import build_compare_report
 
-    return build_compare_report(comparison, verdict, standing)
+    return build_compare_report(judged, standing)

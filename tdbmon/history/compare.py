@@ -165,7 +165,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     Returns
     -------
     Comparison
-        `tdbmon.history.verdict.verdict_of` judges it.
+        `tdbmon.history.standing.Judged` has the verdict on it.
     """
     settings = archive.settings(drop.entry.machine)
     wanted = conditions(drop.entry, settings)

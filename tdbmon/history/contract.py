@@ -14,11 +14,11 @@ from tdbmon.history.filing import StressBox
 from tdbmon.history.fleet import Member
 from tdbmon.history.sight import Sight, sights
 from tdbmon.history.standing import Judged
-from tdbmon.history.verdict import Verdict
 
 
-def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> dict[str, Any]:
-    """Return a comparison as plain dictionaries, with the alarms of earlier drops that stand."""
+def comparison_json(judged: Judged, standing: Sequence[Judged] = ()) -> dict[str, Any]:
+    """Return a comparison with its verdict as plain dictionaries, with the alarms of earlier drops that stand."""
+    comparison, verdict = judged.comparison, judged.verdict
     wanted = comparison.conditions
     return {
         "verdict": verdict.word,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
@@ -19,7 +20,11 @@ class Judged:
     """A drop, against those before it."""
 
     comparison: Comparison
-    verdict: Verdict
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """By the settings of its archive."""
+        return verdict_of(self.comparison)
 
     @property
     def name(self) -> str:
@@ -30,8 +35,7 @@ class Judged:
 
 def judge(archive: Archive, drop: str) -> Judged:
     """Compare a filed drop with those before it, and judge it."""
-    found = compare(archive, filed_drop(archive, drop))
-    return Judged(found, verdict_of(found))
+    return Judged(compare(archive, filed_drop(archive, drop)))
 
 
 def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:

@@ -13,6 +13,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import machine_history
+from tdbmon.history.standing import Judged, judge
 from tdbmon.history.summary import comparison_lines
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.html import render_html
@@ -48,8 +49,7 @@ def test_every_feature_is_declared_and_has_its_unit(years):
 
 
 def test_the_json_is_that_of_the_contract(years):
-    comparison, verdict = judged(years, years.entries()[7].id)
-    content = comparison_json(comparison, verdict)
+    content = comparison_json(judge(years, years.entries()[7].id))
     assert set(content) == documented("compare")
     assert set(content) >= {"verdict", "reasons", "drop", "matched", "matching", "features", "stress", "life"}
     assert len(content["matched"]) == 7
@@ -105,8 +105,7 @@ def test_the_shipped_answer_is_what_the_archive_hides():
 
 def test_the_json_counts_the_drops_that_are_compared_with(years):
     """Number and range of those before are of the same drops as their centre: what was off itself is listed apart."""
-    comparison, verdict = judged(years, years.entries()[9].id)
-    features = comparison_json(comparison, verdict)["features"]
+    features = comparison_json(judge(years, years.entries()[9].id))["features"]
     rebound = next(f for f in features if (f["name"], f["end"]) == ("rebound_um", "DE"))
     assert len(rebound["left_out"]) == 2
     assert rebound["before"]["n"] == 7
@@ -136,8 +135,8 @@ def test_stated_shares_keep_their_digits(empty, tmp_path):
     fill(empty, tmp_path, 8)
     comparison, verdict = judged(empty, empty.entries()[-1].id)
     assert "(all together 0.4 %)" in verdict.reasons[0]
-    assert "100 Hz ± 2.5 %" in comparison_lines(comparison, verdict)[1]
-    pages = render_html(build_compare_report(comparison, verdict))
+    assert "100 Hz ± 2.5 %" in comparison_lines(Judged(comparison))[1]
+    pages = render_html(build_compare_report(Judged(comparison)))
     assert "at most 2.5 % off" in pages
     assert "at most 0.4 %" in pages
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})

@@ -20,7 +20,6 @@ from tdbmon.history.sight import WEAR, sight, sights
 from tdbmon.history.standing import Judged, standing_beside
 from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
-from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read
 from tests.history.conftest import YEARS
 from tests.history.made import ENDS, USUAL, add, files, filing, fill, judged, without
@@ -34,7 +33,7 @@ def later(archive, number, changed) -> Judged:
     record.attrs |= {"drop_time": "2024-06-11T09:00:00Z", "sha256": "7" * 64}
     changed(record)
     found = compare(archive, as_drop(study_record(record, load_machine(YEARS / "machine.toml"), "0" * 64)))
-    return Judged(found, verdict_of(found))
+    return Judged(found)
 
 
 def swings(record):
@@ -115,7 +114,7 @@ def test_drops_that_tell_nothing_of_an_end_do_not_count_for_it(empty, tmp_path, 
     found, verdict = judged(empty, empty.entries()[-1].id)
     assert len(found.matched) == 6
     assert verdict.word == ("as before" if shown == 5 else "too few drops")
-    assert comparison_json(found, verdict)["ends"]["NDE"]["drops"] == shown
+    assert comparison_json(Judged(found))["ends"]["NDE"]["drops"] == shown
     if shown < 5:
         assert verdict.reasons[0].startswith("NDE: ") and f"than {shown} drops before" in verdict.reasons[0]
     else:

@@ -15,6 +15,7 @@ from tdbmon.history.change import _compared
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
 from tdbmon.history.sight import WEAR, sight
+from tdbmon.history.standing import Judged
 from tdbmon.history.summary import comparison_lines
 from tdbmon.history.trend import order_p
 from tdbmon.report.document import Table
@@ -46,11 +47,11 @@ def test_wear_that_grows_from_drop_to_drop_is_told_though_no_drop_stands_out(emp
     assert said.startswith("beside the verdict: Radius at rest, NDE: rises from drop to drop")
     assert "over 9 drops" in said
     content = next(
-        f for f in comparison_json(comparison, verdict)["features"] if (f["name"], f["end"]) == ("gap_um", "NDE")
+        f for f in comparison_json(Judged(comparison))["features"] if (f["name"], f["end"]) == ("gap_um", "NDE")
     )
     assert content["drifts"]
     assert content["trend_p_adjusted"] == gap.p_drift
-    assert any("from drop to drop" in line for line in comparison_lines(comparison, verdict))
+    assert any("from drop to drop" in line for line in comparison_lines(Judged(comparison)))
 
 
 def test_the_wear_limit_counts_from_the_first_drops_where_the_wear_is_slow(empty, tmp_path):

@@ -15,6 +15,7 @@ from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
+from tdbmon.history.standing import Judged
 from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
@@ -107,7 +108,7 @@ def test_what_is_not_judged_is_told_beside_the_verdict_where_it_differs(empty, t
     (said,) = [reason for reason in verdict.reasons if reason.startswith("beside the verdict")]
     assert "Once per revolution in levitation, NDE" in said
     assert "unbalance" in said
-    (row,) = [f for f in comparison_json(comparison, verdict)["features"] if f["noted"]]
+    (row,) = [f for f in comparison_json(Judged(comparison))["features"] if f["noted"]]
     assert row["name"] == "levitated_1x_um"
     assert not row["flag"]
     assert row["p_adjusted"] < 0.05
