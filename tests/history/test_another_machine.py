@@ -21,7 +21,7 @@ from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, files, filing, fill
+from tests.history.made import ENDS, add, files, filing, fill
 
 ALL = 8  # kinds
 
@@ -81,8 +81,7 @@ def test_what_changed_one_by_one_is_not_another_machine(empty, tmp_path):
     values = {}
     for seed, name in enumerate(("gap_um", "levitated_noise_um", "levitated_1x_um", "decay_time_s"), start=40):
         values |= times(2.0, name)
-        raw, machine = files(tmp_path, seed)
-        empty.add(filing(raw, machine, seed=seed, dropped=f"2020-02-{seed - 30}", values=values), raw, machine)
+        add(empty, tmp_path, seed, dropped=f"2020-02-{seed - 30}", values=values)
     assert of(empty, tmp_path, values=values).far == ()
 
 

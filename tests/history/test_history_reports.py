@@ -37,13 +37,13 @@ from tdbmon.report.sections import changes
 from tdbmon.report.sections import trends as trends_section
 from tests.figure_checks import assert_readable, faults, figures_of
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, HOSTILE, add, files, filing, fill, judged, without
+from tests.history.made import ENDS, HOSTILE, add, files, filing, fill, judged, latest, without
 
 
 @pytest.fixture(scope="module")
 def reports(years, comparison, history, stressed):
     """Reports of every kind, of drops with and without forces."""
-    stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    stressed_last = latest(stressed)
     return [
         build_compare_report(Judged(comparison)),
         build_compare_report(Judged(stressed_last)),
@@ -62,7 +62,7 @@ def test_every_figure_is_readable(reports):
 
 
 def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     assert set(found.stress) == {"NDE", "DE"}
     assert [drop for drop, _ in found.stress["DE"]] == [e.id for e in (*found.matched, found.entry)]
     figure = stress_history(found)
@@ -74,7 +74,7 @@ def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
 
 def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
     """The least is not filed: a cap at the box's edge said that it is there; dots hid behind the cap of the greatest."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     for ax, boxes in zip(stress_history(found).axes, found.stress.values(), strict=True):
         flat = [line for line in ax.lines if len(line.get_xdata()) == 2 and np.ptp(line.get_ydata()) == 0]
         caps = [line for line in flat if np.ptp(line.get_xdata()) > 0]
@@ -89,7 +89,7 @@ def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
 
 def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(stressed):
     """Trends numbered the drops that the stresses named, and had nothing but a unit beside them."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     names = ["drop_1", "drop_2", "drop_4", "drop_5", "drop_7", "drop_8", "drop_10", "drop_11"]
     radii = [change for change in found.changes if change.kind.name == "gap_um"]
     drawing = trends(found, radii)
@@ -114,7 +114,7 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
 
 
 def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_limit(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     first = render_html(build_compare_report(Judged(found))).split("What was compared")[0]
     value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
     assert "How hard the bearings were hit" in first
@@ -178,14 +178,14 @@ def test_a_drop_as_before_asks_for_nothing(empty, tmp_path):
 
 def test_damage_is_told_of_each_end(stressed):
     """The end that suffered most was told in the text below the table only."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     html = render_html(build_compare_report(Judged(found)))
     assert all(f"Damage at {end}, in drops like the first" in html for end in ENDS)
     assert found.life.damage == max(found.life.damages.values(), key=lambda each: each.value)
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     lines = comparison_lines(Judged(found))
     for change in (c for c in found.changes if c.difference is not None):
         this, before = (plain(text) for text in values_of(change)[:2])
@@ -202,7 +202,7 @@ def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp
     fill(empty, tmp_path, 6)
     raw, machine = files(tmp_path, 7)
     empty.add(without(filing(raw, machine, dropped="2020-02-01", seed=7), *ends), raw, machine)
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    found = latest(empty)
     radii = [change for change in found.changes if change.kind.name == "gap_um"]
     drawing = trends(found, radii)
     for ax, change in zip(drawing.axes, radii, strict=False):
@@ -262,7 +262,7 @@ def test_what_no_drop_tells_is_missed_too(empty, tmp_path):
             for f in made.features
         ]
         empty.add(replace(made, features=tuple(lost)), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    comparison = latest(empty)
     said = "ot compared at DE: radius at rest, fall, release to first touch (the shaft does not rest)"
     assert [line for line in comparison_lines(Judged(comparison)) if said in line]
     assert not_compared_count(comparison) == "2 at DE"
@@ -281,7 +281,7 @@ def test_what_differs_beside_the_verdict_stands_in_every_report(empty, tmp_path)
     raw, machine = files(tmp_path, 7)
     values = {("levitated_1x_um", "NDE"): 6.0}
     empty.add(filing(raw, machine, dropped="2020-02-01", seed=7, values=values), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    comparison = latest(empty)
     for document in (
         build_compare_report(Judged(comparison)),
         build_machine_report(machine_history(empty, empty.machines()[0])),
@@ -313,7 +313,7 @@ def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp
     raw, machine = files(tmp_path, 7)
     made = filing(raw, machine, dropped="2020-02-01", seed=7)
     empty.add(without(made, "NDE"), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    comparison = latest(empty)
     said = "ot compared at NDE: radius at rest"
     (line,) = [text for text in comparison_lines(Judged(comparison)) if said in text]
     assert line.endswith("more (the arc is too short)")
@@ -351,9 +351,8 @@ def test_before_and_difference_subtract_as_they_are_written(comparison):
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
 def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
     for i in range(4):
-        raw, machine = files(tmp_path, i)
-        empty.add(filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", stress=stress), raw, machine)
-    figure = stress_history(compare(empty, filed_drop(empty, empty.entries()[-1].id)))
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", stress=stress)
+    figure = stress_history(latest(empty))
     for ax in figure.axes:
         lines = [line for line in ax.lines if len(line.get_ydata()) == 2 and list(line.get_ydata()) == [4200.0, 4200.0]]
         assert bool(lines) == drawn
@@ -378,7 +377,7 @@ def test_a_change_of_level_is_drawn_where_it_is_among_many_drops(empty, tmp_path
     for i in range(number):
         level = 1.0 if i < 50 else 1.3
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): level + 0.01 * (i % 3)})
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    found = latest(empty)
     (change,) = (c for c in found.changes if c.key == ("rebound_um", "NDE"))
     ax = trends(found, [change]).axes[0]
     before, after = (line.get_xdata().tolist() for line in ax.lines if line.get_linestyle() == "--")
@@ -391,7 +390,7 @@ def test_the_table_of_trends_tells_the_change_points_that_are_drawn(empty, tmp_p
     (empty.folder / "archive.toml").write_text("format = 1\n[compare]\nsignificance = 0.0005\n")
     for i in range(16):
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): 1.0 if i < 8 else 1.3})
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    found = latest(empty)
     section = trends_section.section(found)
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     (row,) = (row for row in table.rows if row.cells[0] == "Rebound after the first contact, NDE")

@@ -13,7 +13,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import open_archive
-from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.compare import compare
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, NO_FORCES
 from tdbmon.history.sight import WEAR, sight, sights
@@ -22,7 +22,7 @@ from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
 from tdbmon.record.read import read
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, USUAL, add, files, filing, fill, judged, without
+from tests.history.made import ENDS, USUAL, add, files, filing, fill, judged, latest, without
 
 PROBES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
 
@@ -142,7 +142,7 @@ def test_growth_that_would_not_have_been_seen_is_not_as_before(years, tmp_path):
 def test_growth_that_a_fall_shows_is_that_of_the_height_really_fallen(years):
     """The rotor levitates 39 um above the centre: what 20 um of wear made of the fall was told as 6 % of the radius."""
     answer = json.loads((YEARS / "answer.json").read_text())
-    last = compare(years, filed_drop(years, years.entries()[-1].id))
+    last = latest(years)
     found = {c.kind.name: c for c in last.changes if c.end == answer["end"]}
     fall, radius = found["fall_time_ms"], np.median([e.value for _, e in found["gap_um"].earlier])
     told = sight(last, answer["end"])
