@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from tdbsim.rotor import static_loads
 
-from tdbmon.analysis.first_contact import FirstContact
 from tdbmon.analysis.levitation import unknown
 from tdbmon.analysis.release import Release
 from tdbmon.analysis.rest import rest_travel
@@ -166,7 +165,7 @@ def _coast_down(analysis: Analysis) -> dict[str, Any]:
 def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
     um, gap = "um", end.gap
     missing = Estimate.missing(um, end.unsettled)
-    first: FirstContact | None = end.contacts.first if end.contacts else None
+    first = end.first_contact
     untouched = end.no_contact
     return {
         "plane": end.plane,

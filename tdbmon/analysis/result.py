@@ -22,7 +22,9 @@ from tdbmon.analysis.swing import Swing
 from tdbmon.estimate import Estimate, since
 
 if TYPE_CHECKING:
+    from tdbmon.analysis.contact_events import Contact
     from tdbmon.analysis.drifting_swings import DriftingSwing
+    from tdbmon.analysis.first_contact import FirstContact
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
@@ -103,6 +105,16 @@ class EndResult:
     def unsettled(self) -> str:
         """Why there is no clearance circle, where there is none; no contact can be told then either."""
         return self.air_gap.why or "the clearance circle is not known"
+
+    @property
+    def events(self) -> tuple[Contact, ...]:
+        """Contacts before settling, in order; none where they cannot be told."""
+        return () if self.contacts is None else self.contacts.events
+
+    @property
+    def first_contact(self) -> FirstContact | None:
+        """The first of them, where its instants can be told."""
+        return None if self.contacts is None else self.contacts.first
 
     @property
     def no_contact(self) -> str:

@@ -122,7 +122,7 @@ def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:
     """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
-    first = None if end.contacts is None else end.contacts.first
+    first = end.first_contact
     untouched = Estimate.missing("s", end.no_contact)
     touch, duration, rebound = (untouched,) * 3 if first is None else (first.touch, first.duration, first.rebound)
     rows = [

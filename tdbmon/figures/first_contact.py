@@ -60,9 +60,7 @@ def touched_ends(analysis: Analysis) -> list[str]:
     return [
         end
         for end in circled_ends(analysis)
-        if (contacts := analysis.ends[end].contacts) is not None
-        and contacts.first is not None
-        and contacts.first.touch.known
+        if (first := analysis.ends[end].first_contact) is not None and first.touch.known
     ]
 
 
@@ -71,7 +69,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     release = analysis.released
     ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
     ax.set_ylabel("outward from the clearance centre [µm]")
-    first = result.contacts.first if result.contacts is not None else None
+    first = result.first_contact
     if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
         return
     ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))

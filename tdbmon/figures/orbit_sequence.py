@@ -61,7 +61,7 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
     release = analysis.released
     begin = first if release is None else release
     result = analysis.ends[end]
-    events = result.contacts.events if result.contacts is not None else ()
+    events = result.events
     settled = result.gap.settled_from if result.gap is not None else None
     spans = []
     if len(events) > 1:

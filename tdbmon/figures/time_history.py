@@ -101,10 +101,7 @@ def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -
     release = analysis.released
     if release is not None and start <= release <= stop:
         ax.axvline(release, color=GREY, linewidth=0.8, label="release")
-    contacts = analysis.ends[end].contacts
-    if contacts is None:
-        return
-    shown = [c for c in contacts.events if start <= c.start <= stop]
+    shown = [c for c in analysis.ends[end].events if start <= c.start <= stop]
     if shown and shows_touches(start, stop):
         ax.plot(
             [c.start for c in shown],

@@ -62,8 +62,7 @@ def _of_rotor(analysis: Analysis) -> list[Feature]:
 
 
 def _of_end(analysis: Analysis, end: EndResult) -> list[Feature]:
-    gap, contacts = end.gap, end.contacts
-    first = None if contacts is None else contacts.first
+    gap, contacts, first = end.gap, end.contacts, end.first_contact
     unsettled, untouched = end.unsettled, end.no_contact
     release = analysis.release_time
     whirl = analysis.whirl.get(end.name)

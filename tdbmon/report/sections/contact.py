@@ -18,45 +18,36 @@ _LISTED = 10
 
 def section(analysis: Analysis, fitted: bool = False) -> Section | None:
     """Return the contacts; where the simulation is `fitted`, its sections follow and need no hint."""
-    if not any(end.contacts is not None and end.contacts.events for end in analysis.ends.values()):
+    ends = list(analysis.ends.values())
+    if not any(end.events for end in ends):
         return None
-    ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
     release = analysis.release_time
     blocks: list[Block] = [
         Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
-        for end in analysis.ends.values()
-        if end not in ends
+        for end in ends
+        if end.first_contact is None
     ]
     blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and not fitted)
-    if ends:
-        blocks = _first(analysis, ends, release, blocks)
-    blocks += [
-        _list(end.name, end.contacts.events, release)
-        for end in analysis.ends.values()
-        if end.contacts is not None and end.contacts.events
-    ]
-    return Section("First contact" if ends else "Contacts", tuple(blocks))
+    told = [end for end in ends if end.first_contact is not None]
+    if told:
+        blocks = _first(analysis, told, blocks)
+    blocks += [_list(end.name, end.events, release) for end in ends if end.events]
+    return Section("First contact" if told else "Contacts", tuple(blocks))
 
 
-def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing: list[Block]) -> list[Block]:
+def _first(analysis: Analysis, ends: list[EndResult], missing: list[Block]) -> list[Block]:
     """Return the quantities of the first contacts and their figure."""
     from tdbmon.figures.first_contact import first_contact, touched_ends
 
     rows = []
     for name, unit, pick in _QUANTITIES:
-        found: list[Estimate] = []
-        beside = []
-        for end in ends:
-            contacts = end.contacts
-            first = contacts.first if contacts is not None else None
-            if first is None:
-                continue
-            estimate = getattr(first, pick)
-            found.append(since(estimate, release) if unit == "release" else estimate)
-            beside.append(record_time(estimate) if unit == "release" else "")
-        shown = None if unit == "release" else unit
+        found: list[Estimate] = [getattr(end.first_contact, pick) for end in ends]
+        if unit == "release":
+            cells = [words(since(each, analysis.release_time)) + record_time(each) for each in found]
+        else:
+            cells = [words(each, unit) for each in found]
         name += above_one(found) if pick == "restitution" else ""
-        rows.append(Row((name, *(words(each, shown) + there for each, there in zip(found, beside, strict=True)))))
+        rows.append(Row((name, *cells)))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))

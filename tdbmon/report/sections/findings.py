@@ -63,7 +63,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
 
 def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
     """Quantities of one end."""
-    first = end.contacts.first if end.contacts is not None else None
+    first = end.first_contact
     release = analysis.release_time
     gap = end.gap
     missing = Estimate.missing("um", end.unsettled)

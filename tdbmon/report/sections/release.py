@@ -130,8 +130,8 @@ def _reading(analysis: Analysis, begin: float, end: float) -> str:
     words = ""
     if any(has_circle(analysis, name) for name in ends):
         words += " Dashed: how far the shaft centre lies from the clearance centre at rest."
-    found = [contacts for name in ends if (contacts := analysis.ends[name].contacts) is not None]
-    if shows_touches(begin, end) and any(begin <= event.start <= end for each in found for event in each.events):
+    events = [event for name in ends for event in analysis.ends[name].events]
+    if shows_touches(begin, end) and any(begin <= event.start <= end for event in events):
         words += " Triangles: touches of that end."
     return words + (" Shading: phases." if analysis.phases else "")
 
