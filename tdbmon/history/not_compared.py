@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
@@ -46,8 +46,13 @@ def _place(end: str) -> str:
     return f"at {end}" if end else "of the rotor"
 
 
-def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
+def by_reason(changes: Iterable[Change]) -> dict[str, list[Change]]:
+    """Return quantities that bear no comparison by the reason."""
     reasons: dict[str, list[Change]] = {}
     for change in changes:
         reasons.setdefault(change.why, []).append(change)
-    return [named(alike) + (f" ({why})" if why else "") for why, alike in reasons.items()]
+    return reasons
+
+
+def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
+    return [named(alike) + (f" ({why})" if why else "") for why, alike in by_reason(changes).items()]
