@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -69,18 +70,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
             f"{len(changed)} of {comparison.tested} quantities differ at once: make sure that this is a drop of this machine,"
             " with the same probes and assembly"
         )
-    least = comparison.settings.compare.least_drops
-    n = len(comparison.matched)
-    few = []
-    if n < least:
-        few.append(
-            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
-            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
-        )
-    elif comparison.telling == 0:
-        few.append(f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out")
-    else:
-        few += [_dim(each) for each in seen if not each.enough and not each.lost]
+    few = _few(comparison, seen)
     remarks = [*beside(comparison), *comparison.remarks]
     concerns = (
         *(change.key for change, _ in passed),
@@ -95,17 +85,35 @@ def verdict_of(comparison: Comparison) -> Verdict:
         return Verdict("changed", tuple(changed + remarks), concerns)
     if few:
         return Verdict("too few drops", tuple(few + remarks))
+    return Verdict("as before", (_all_well(comparison), *map(_seen, seen), *remarks))
+
+
+def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
+    """Say why "as before" cannot be told: too few drops before, or what is seen of an end is too little."""
+    n, least = len(comparison.matched), comparison.settings.compare.least_drops
+    if n < least:
+        return [
+            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
+            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
+        ]
+    if comparison.telling == 0:
+        return [f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out"]
+    return [_dim(each) for each in seen if not each.enough and not each.lost]
+
+
+def _all_well(comparison: Comparison) -> str:
+    """Say how many quantities "as before" rests on."""
     repeated = len(comparison.repeated)
     others = f"{comparison.telling - repeated} other" if repeated else f"{comparison.telling}"
-    all_well = (
-        f"none of {others} quantities differs from the {n} matching drops before by more than chance"
+    said = (
+        f"none of {others} quantities differs from the {len(comparison.matched)} matching drops before by more than chance"
         f" (all together {stated_percent(comparison.settings.compare.significance)})"
     )
     if comparison.silent:
-        all_well += (
+        said += (
             f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
         )
-    return Verdict("as before", (all_well, *map(_seen, seen), *remarks))
+    return said
 
 
 def _seen(sight: Sight) -> str:
