@@ -20,6 +20,7 @@ from tdbmon.figures.style import (
     SKY,
     VERMILION,
     Margins,
+    interval_bar,
     legend_below,
     legend_room,
     new_figure,
@@ -69,8 +70,7 @@ def machine_courses(history: MachineHistory) -> Figure:
                 label=name, zorder=3,
             )  # fmt: skip
             for x, s in own:
-                if s.low is not None and s.high is not None:
-                    ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
+                interval_bar(ax, x, s, factor, color=colour, linewidth=0.8, alpha=0.5)
         off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get(course.key, ())]
         if off:
             ax.plot(

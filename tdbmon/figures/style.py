@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from tdbmon.analysis.result import Analysis
+    from tdbmon.estimate import Estimate
 
 P = ParamSpec("P")
 
@@ -192,6 +193,12 @@ def drop_axis(ax: Axes, drops: int, most: int) -> None:
     # one tick will do: where two are asked for and there is one drop, the locator takes fractions
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=most, min_n_ticks=1))
     ax.set_xlim(0.4, drops + 0.6)
+
+
+def interval_bar(ax: Axes, at: float, estimate: Estimate, factor: float, shift: float = 0.0, **look: Any) -> None:
+    """Draw the 95 % interval of an estimate upright, where it has one, in its own unit less a shift in that."""
+    if estimate.low is not None and estimate.high is not None:
+        ax.plot([at, at], [estimate.low * factor - shift, estimate.high * factor - shift], **look)
 
 
 def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:

@@ -20,6 +20,7 @@ from tdbmon.figures.style import (
     ORANGE,
     SKY,
     Margins,
+    interval_bar,
     new_figure,
     not_told,
     styled,
@@ -65,8 +66,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     values = np.array([e.value for _, e in series], float) * factor
     for x, value, (drop, e) in zip(at, values, series, strict=True):
         colour = ORANGE if drop == current else BLUE
-        if e.low is not None and e.high is not None:
-            ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
+        interval_bar(ax, x, e, factor, color=ORANGE if drop == current else SKY, linewidth=1.2)
         ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
     if change.estimate.value is None:
         not_told(ax, place[current], "o")
