@@ -42,6 +42,11 @@ def off_by(ratio: float) -> str:
     return f"{signed(100 * (ratio - 1), 1)} %"
 
 
+def whole_degrees(angle: float) -> str:
+    """Return an angle, rad, as text: ``−90°``."""
+    return f"{math.degrees(angle):.0f}°".replace("-", "−")
+
+
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"

@@ -27,6 +27,7 @@ from tdbmon.figures.style import (
     styled,
     subplots,
 )
+from tdbmon.quantity import whole_degrees
 
 if TYPE_CHECKING:
     from tdbmon.analysis.first_contact import FirstContact
@@ -72,7 +73,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     first = result.first_contact
     if first is None or result.gap is None or result.gap.radius.value is None or first.touch.value is None:
         return
-    ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
+    ax.set_title(f"{end}: along {whole_degrees(first.direction)} from +x")
     origin = 0.0 if release is None else release
     direction = np.array([np.cos(first.direction), np.sin(first.direction)])
     planes = analysis.planes

@@ -8,7 +8,7 @@ from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import words
+from tdbmon.quantity import whole_degrees, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time
 from tdbmon.report.sections.left_out import left_out
@@ -91,7 +91,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
                 f"{i + 1}",
                 f"{(c.start - origin) * 1e3:.2f} ms",
                 f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "not seen whole",
-                _degrees(c.angle),
+                whole_degrees(c.angle),
                 f"{c.depth * 1e6:.0f} µm",
             )
         )
@@ -101,9 +101,3 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     start = "from the release" if release.known else "from the first sample"
     header = ("Contact", f"Begins, {start}", "Duration", "Direction from +x", "Depth beyond the touching radius")
     return Table(f"{end}: contacts before settling{more}", header, rows)
-
-
-def _degrees(angle: float) -> str:
-    from math import degrees
-
-    return f"{degrees(angle):.0f}°".replace("-", "−")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -11,7 +10,7 @@ from tdbsim.columns import GAP
 
 from tdbmon.diagnosis.evidence import PLAIN, Evidence
 from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
-from tdbmon.quantity import percent
+from tdbmon.quantity import percent, whole_degrees
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 _STRAIGHT = 0.5  # from which on a force has a line
@@ -84,5 +83,5 @@ def _along(found: Summary) -> str:
     if found.straight < _STRAIGHT:
         return "no one line"
     if abs(found.mean) > _ONE_SIDED * found.rms:
-        return f"to {math.degrees(np.angle(found.mean)):.0f}°".replace("-", "−")
-    return f"to and fro, {math.degrees(found.axis):.0f}°".replace("-", "−")
+        return f"to {whole_degrees(float(np.angle(found.mean)))}"
+    return f"to and fro, {whole_degrees(found.axis)}"
