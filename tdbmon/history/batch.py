@@ -228,10 +228,10 @@ def _studies(
                     )
 
 
-def _attempt(order: Order, progress: Progress | None = None) -> Filing | str:
+def _attempt(order: Order, progress: Progress = silent) -> Filing | str:
     """Study a record; an input that cannot be used is a text, so that the other records go on."""
     try:
-        return study(order) if progress is None else study(order, progress)
+        return study(order, progress)
     except InputError as error:
         return str(error)
 
