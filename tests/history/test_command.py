@@ -74,6 +74,19 @@ def test_an_alarm_fails_only_where_it_shall(capsys, years, tmp_path):
     assert json.loads(target.read_text())["drop"] == drops[-1]
 
 
+def test_what_was_found_is_said_though_a_report_fails(capsys, years, tmp_path, monkeypatch):
+    """A figure that cannot be drawn took the verdict with it."""
+
+    def fails(*_):
+        raise RuntimeError("no figure")
+
+    monkeypatch.setattr("tdbmon.report.html.write_html", fails)
+    last = ("compare", "--archive", str(years.folder), "--report", str(tmp_path / "r.html"))
+    with pytest.raises(RuntimeError, match="no figure"):
+        main(last)
+    assert "verdict: changed" in capsys.readouterr().out
+
+
 def test_a_filed_record_by_its_file_is_the_filed_drop(capsys, years):
     by_file = run(capsys, "compare", "--archive", years.folder, YEARS / "drop_08.nc")[1]
     assert by_file == run(capsys, "compare", "--archive", years.folder, years.entries()[7].id)[1]
