@@ -21,12 +21,11 @@ import numpy as np
 from tdbmon.history import catalogue
 from tdbmon.history.archive import open_archive
 from tdbmon.history.batch import add_all
-from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing
+from tdbmon.history.standing import judge
 from tdbmon.history.study import Order, study
-from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read, write
 from tdbmon.shipped import shipped
 
@@ -115,15 +114,15 @@ def _comparison(folder: Path) -> None:
     rows = _MACHINES * _DROPS * len(model.features)
     print(f"{_MACHINES * _DROPS} drops, {rows} features: {size:.0f} MB, made in {time.perf_counter() - start:.0f} s")
     entries = archive.entries("machine 500")
-    comparison_json(found := compare(archive, filed_drop(archive, entries[-1].id)), verdict_of(found))  # imports
+    comparison_json(judge(archive, entries[-1].id))  # imports
     times = []
     for entry in entries[-5:]:
         start = time.perf_counter()
-        found = compare(archive, filed_drop(archive, entry.id))
-        comparison_json(found, verdict_of(found))
+        found = judge(archive, entry.id)
+        comparison_json(found)
         times.append(time.perf_counter() - start)
     print(
-        f"comparison, verdict and JSON with {len(found.matched)} drops before: {sorted(times)[2]:.3f} s (median of 5)"
+        f"comparison, verdict and JSON with {len(found.comparison.matched)} drops before: {sorted(times)[2]:.3f} s (median of 5)"
     )
 
 

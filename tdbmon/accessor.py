@@ -77,12 +77,9 @@ class AnalysisView:
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
-        from tdbmon.report.sections.findings import end_findings, rotor_findings
+        from tdbmon.report.sections.findings import all_findings
 
-        found = [
-            *rotor_findings(self.result),
-            *(f for e in self.result.ends.values() for f in end_findings(self.result, e)),
-        ]
+        found = all_findings(self.result)
         rows = [(f.name, f.end, words(f.estimate, f.unit) + f.beside) for f in found if f.estimate.known]
         missing = sum(not f.estimate.known for f in found)
         caption = f"{self.result.machine.name}: values with 95 % intervals; {missing} not estimated"
@@ -104,28 +101,37 @@ class AnalysisView:
 class ComparisonView:
     """A comparison that a notebook shows as a table, with its verdict and the alarms of earlier drops that stand."""
 
-    result: Comparison
-    verdict: Verdict
+    judged: Judged
     standing: tuple[Judged, ...]
+
+    @property
+    def result(self) -> Comparison:
+        """The comparison itself."""
+        return self.judged.comparison
+
+    @property
+    def verdict(self) -> Verdict:
+        """The verdict on the drop."""
+        return self.judged.verdict
 
     @property
     def json(self) -> dict[str, Any]:
         """What `tdbmon compare --json` writes."""
         from tdbmon.history.contract import comparison_json
 
-        return comparison_json(self.result, self.verdict, self.standing)
+        return comparison_json(self.judged, self.standing)
 
     @property
     def report(self) -> Document:
         """The report; `tdbmon.report.html.write_html` and `tdbmon.report.pdf.write_pdf` write it."""
         from tdbmon.report.compare_report import build_compare_report
 
-        return build_compare_report(self.result, self.verdict, self.standing)
+        return build_compare_report(self.judged, self.standing)
 
     def __repr__(self) -> str:
         from tdbmon.history.summary import comparison_lines
 
-        return "\n".join(comparison_lines(self.result, self.verdict, self.standing))
+        return "\n".join(comparison_lines(self.judged, self.standing))
 
     def _repr_html_(self) -> str:
         from tdbmon.history.summary import difference_of
@@ -135,8 +141,8 @@ class ComparisonView:
             for c in self.result.changes
             if c.difference is not None
         ]
-        judged = [Judged(self.result, self.verdict), *self.standing]
-        said = [f"{each.verdict.word}: {'; '.join(each.verdict.reasons)}" for each in judged]
+        all_told = (self.judged, *self.standing)
+        said = [f"{each.verdict.word}: {'; '.join(each.verdict.reasons)}" for each in all_told]
         names = ["", *(f"an earlier alarm stands: {each.name}: " for each in self.standing)]
         caption = ". ".join(name + words for name, words in zip(names, said, strict=True))
         return _table(caption, ("", "Quantity", "This drop", "Difference (95 %)"), rows)
@@ -207,7 +213,6 @@ class TouchdownAccessor:
         from tdbmon.history.compare import compare
         from tdbmon.history.standing import standing_beside
         from tdbmon.history.unfiled import record_to_compare
-        from tdbmon.history.verdict import verdict_of
         from tdbmon.record.read import read
 
         if "sha256" not in self._record.attrs:
@@ -220,9 +225,8 @@ class TouchdownAccessor:
                 f" {filed.id}; write it to a file of its own (tdbmon.record.read.write) and read that"
             )
         place = None if machine is None else Path(machine)
-        result = compare(opened, record_to_compare(opened, self._record, place, forces, silent))
-        verdict = verdict_of(result)
-        return ComparisonView(result, verdict, standing_beside(opened, Judged(result, verdict)))
+        judged = Judged(compare(opened, record_to_compare(opened, self._record, place, forces, silent)))
+        return ComparisonView(judged, standing_beside(opened, judged))
 
 
 def _table(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:

@@ -13,6 +13,7 @@ import typer
 from tdbmon.arguments import JsonFile, MachineFile, Reports, one_by_one
 from tdbmon.history.app import archive_app, compare
 from tdbmon.json_file import say, write_json
+from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 
 # small matrices: threads of the linear algebra library only get in each other's way; must precede numpy
@@ -63,7 +64,6 @@ def inspect(
     json_file: JsonFile = None,
 ) -> None:
     """Show what is in a file: channels, units, rates, duration, gaps.  Needs no machine."""
-    from tdbmon.output_file import check_outputs
     from tdbmon.record.inspect import inspect as look
 
     check_outputs([json_file], [file])
@@ -127,7 +127,6 @@ def simulate(
     from tdbsim.errors import InputError
     from tdbsim.machine import load_machine
 
-    from tdbmon.output_file import check_outputs
     from tdbmon.simulation import simulate_drop, simulation_json, simulation_lines
 
     if out.suffix.lower() != ".nc":
@@ -177,7 +176,6 @@ def identifiability(
     from tdbmon.diagnosis.identifiability import identifiability as run
     from tdbmon.diagnosis.identifiability_contract import identifiability_json, identifiability_lines
     from tdbmon.option_quantity import noise_of, speed_of
-    from tdbmon.output_file import check_outputs
 
     check_outputs([json_file], [machine])
     with on_terminal() as tell:

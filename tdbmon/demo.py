@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from functools import partial
 from itertools import chain
@@ -14,7 +13,7 @@ from tdbsim.machine import load_machine
 
 from tdbmon.analysis.analyse import analyse
 from tdbmon.analysis.contract import analysis_json
-from tdbmon.atomic import write_bytes, write_text
+from tdbmon.atomic import write_bytes
 from tdbmon.diagnosis.contract import diagnosis_json, diagnosis_lines
 from tdbmon.diagnosis.diagnose import diagnose
 from tdbmon.diagnosis.extended_machine import extended_head, extended_machine
@@ -26,12 +25,14 @@ from tdbmon.history.study import Order
 from tdbmon.identify.contract import force_lines, with_fitted
 from tdbmon.identify.crew import attend_parent
 from tdbmon.identify.fitted import fit_drop
+from tdbmon.json_file import write_json
 from tdbmon.machine_file import write_machine
 from tdbmon.progress import Progress, silent
 from tdbmon.record.read import read
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.diagnosis_report import build_diagnosis_report
+from tdbmon.report.document import Document
 from tdbmon.report.drop_report import build_report
 from tdbmon.report.html import write_html
 from tdbmon.report.machine_report import build_machine_report
@@ -62,13 +63,10 @@ def _coastdown(name: str, out: Path) -> list[str]:
     """Analyse a whole coast-down and fit the simulation to its first contacts; write JSON and reports."""
     machine, record = load_machine(shipped("coastdown/machine.toml")), read(shipped(f"coastdown/{name}.nc"))
     result = analyse(record, machine)
-    fitted = fit_drop(machine, record, silent).beside(result)
-    fitted = fitted.with_coast_down(result)
+    fitted = fit_drop(machine, record, silent).beside(result).with_coast_down(result)
     document = build_report(result, fitted=fitted)
-    write_html(document, out / f"{name}.html")
-    write_pdf(document, out / f"{name}.pdf")
-    content = with_fitted(analysis_json(result), fitted)
-    write_text(out / f"{name}.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    _write(document, out, name)
+    write_json(out / f"{name}.json", with_fitted(analysis_json(result), fitted))
     write_bytes(out / f"{name}.png", render_first_page(document))
     return [
         f"{name}: {out / name}.html  {out / name}.pdf  {out / name}.json",
@@ -81,10 +79,8 @@ def _hidden_fault(out: Path) -> list[str]:
     folder = shipped("loose")
     records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
     found = diagnose(load_machine(folder / "machine.toml"), records)
-    document = build_diagnosis_report(found, note=synthetic_note(len(records)))
-    write_html(document, out / "diagnosis.html")
-    write_pdf(document, out / "diagnosis.pdf")
-    write_text(out / "diagnosis.json", json.dumps(diagnosis_json(found), indent=1, allow_nan=False) + "\n")
+    _write(build_diagnosis_report(found, note=synthetic_note(len(records))), out, "diagnosis")
+    write_json(out / "diagnosis.json", diagnosis_json(found))
     extended = extended_machine(found)
     if extended is not None:
         write_machine(extended, out / "extended.toml", extended_head(found))
@@ -111,12 +107,16 @@ def _years(out: Path, progress: Progress) -> list[str]:
     progress("archive: drawing the figures and writing the reports")
     last = history.last
     for name, document in (
-        ("comparison", build_compare_report(last.comparison, last.verdict, history.standing_earlier)),
+        ("comparison", build_compare_report(last, history.standing_earlier)),
         ("machine", build_machine_report(history)),
     ):
-        write_html(document, out / f"{name}.html")
-        write_pdf(document, out / f"{name}.pdf")
+        _write(document, out, name)
         lines.append(f"{name}: {out / name}.html  {out / name}.pdf")
-    content = comparison_json(last.comparison, last.verdict, history.standing_earlier)
-    write_text(out / "comparison.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
+    write_json(out / "comparison.json", comparison_json(last, history.standing_earlier))
     return lines
+
+
+def _write(document: Document, out: Path, name: str) -> None:
+    """Write a report in both forms."""
+    write_html(document, out / f"{name}.html")
+    write_pdf(document, out / f"{name}.pdf")

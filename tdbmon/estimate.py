@@ -113,6 +113,11 @@ class Estimate:
         return self.value is not None
 
     @property
+    def width(self) -> float | None:
+        """Width of the interval, SI; None without one."""
+        return None if self.low is None or self.high is None else self.high - self.low
+
+    @property
     def sigma(self) -> float | None:
         """Standard deviation that the interval implies, by both halves alike; None without an interval.
 

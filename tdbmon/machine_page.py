@@ -97,9 +97,8 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     (
         Disk,
         "`disks` of `[rotor]`",
-        "Wheels, thrust discs, couplings: what turns with the shaft and is not in `sections`. A"
-        " sleeve or laminations may be a section"
-        " of greater diameter instead, where they stiffen the shaft.",
+        "Wheels, thrust discs, couplings: what turns with the shaft and is not in `sections`. A sleeve or laminations may be"
+        " a section of greater diameter instead, where they stiffen the shaft.",
     ),
     (
         Unbalance,
@@ -109,9 +108,8 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     (
         MagneticBearing,
         "`[[magnetic_bearing]]`",
-        "The radial bearings while they levitate: they set position and whirl of the rotor at the"
-        " release. Two are needed where the machine"
-        " is simulated; a plain analysis does without.",
+        "The radial bearings while they levitate: they set position and whirl of the rotor at the release. Two are needed"
+        " where the machine is simulated; a plain analysis does without.",
     ),
     (
         TouchdownBearing,
@@ -121,25 +119,24 @@ _TABLES: tuple[tuple[type[BaseModel], str, str], ...] = (
     (
         Balls,
         "`balls` of `[[touchdown_bearing]]`",
-        "From the catalogue of the ball bearing. Where it does not print the balls: makers'"
-        " calculators print the frequencies of"
-        " balls passing the inner and the outer race a revolution, which add up to `count`, and"
-        " whose difference over their sum is"
-        " ball over pitch diameter times the cosine of the contact angle.",
+        "From the catalogue of the ball bearing. Where it does not print the balls: makers' calculators print the frequencies"
+        " of balls passing the inner and the outer race a revolution, which add up to `count`, and whose difference over their"
+        " sum is ball over pitch diameter times the cosine of the contact angle.",
     ),
     (
         BearingHeat,
         "`[touchdown_bearing.heat]`",
-        "Optional: temperatures in the simulated drop ([the simulator](simulation.md#heat)). All"
-        " dimensions from the bearing's drawing.",
+        "Optional: temperatures in the simulated drop ([the simulator](simulation.md#heat)). All dimensions from the"
+        " bearing's drawing.",
     ),
     (HeatMaterial, "`race` and `ball` of `[touchdown_bearing.heat]`", ""),
     (Probe, "`[[probe]]`", "The displacement probes: four for everything, two of one end for that end."),
     (
         SlowRoll,
         "`slow_roll` of `[[probe]]`",
-        "Optional: run-out of the probe's track, mechanical and electrical, from a slow roll on the magnetic bearings. A plain"
-        " analysis and fits take it off all readings by the angle of the keyphasor, which must give one pulse a revolution.",
+        "Optional: run-out of the probe's track, mechanical and electrical, from a slow roll on the magnetic bearings. A"
+        " plain analysis and fits take it off all readings by the angle of the keyphasor, which must give one pulse a"
+        " revolution.",
     ),
     (SpeedSignal, "`[speed]`", "Optional; without it the keyphasor gives the speed."),
     (Keyphasor, "`[keyphasor]`", "Optional: one pulse a revolution, or the pulses of a toothed wheel."),
@@ -178,8 +175,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "speed_decay_time": Key(
             "forces",
-            "Time in which windage takes the speed to 37 %, from a coast-down on the magnetic bearings."
-            " Left out: no drag. The report of a plain analysis shows it beside the time that it found",
+            "Time in which windage takes the speed to 37 %, from a coast-down on the magnetic bearings. Left out: no drag."
+            " The report of a plain analysis shows it beside the time that it found",
         ),
     },
     Section: {
@@ -201,9 +198,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "position": Key("forces", "Of the plane"),
         "amount": Key(
             "forces",
-            "Balancing sheet. API 617 allows 6350 W/N g mm a plane, W the static load of the journal"
-            " in kg, N the maximum continuous"
-            " speed in rpm; a rotor in service has rather more, hence a tolerance of 50 % or more",
+            "Balancing sheet. API 617 allows 6350 W/N g mm a plane, W the static load of the journal in kg, N the maximum"
+            " continuous speed in rpm; a rotor in service has rather more, hence a tolerance of 50 % or more",
         ),
         "phase": Key("forces", 'From the keyphasor\'s mark; not known: tolerance `"180 deg"`'),
     },
@@ -212,9 +208,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "position": Key("forces", "Of the actuator's middle"),
         "stiffness": Key(
             "forces",
-            "Closed loop, at the rigid-body frequencies: dynamic stiffness in the commissioning"
-            " report. Not printed: m (2 π f)², with"
-            " f the frequency of the parallel rigid mode and m this bearing's share of the rotor's mass",
+            "Closed loop, at the rigid-body frequencies: dynamic stiffness in the commissioning report. Not printed: m (2 π"
+            " f)², with f the frequency of the parallel rigid mode and m this bearing's share of the rotor's mass",
         ),
         "damping": Key(
             "forces",
@@ -227,36 +222,32 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "journal_radius": Key("analyse", "Of the shaft, or of its landing sleeve, where it touches"),
         "radial_gap": Key(
             "analyse",
-            "Radial air gap of shaft and inner ring (C_min of ISO 14839-2, where nothing touches"
-            " earlier); half of the diametral"
-            " clearance on the drawing. Usually half of the magnetic bearing's air gap (G."
-            " Schweitzer, E. H. Maslen, Magnetic Bearings,"
-            " 2009, ch. 13)",
+            "Radial air gap of shaft and inner ring (C_min of ISO 14839-2, where nothing touches earlier); half of the"
+            " diametral clearance on the drawing. Usually half of the magnetic bearing's air gap (G. Schweitzer, E. H. Maslen,"
+            " Magnetic Bearings, 2009, ch. 13)",
         ),
         "contact_stiffness": Key(
             "analyse",
-            "K of F = K δ^(10/9), shaft on inner ring. Palmgren's δ = 3.84e-5 mm F^0.9 / l^0.8"
-            " (F in N, steel, a line contact of the length l in mm) is K ="
-            " 1.3e9 for 10 mm, 2.0e9 for 16 mm, 2.7e9 for 22 mm. The [published"
-            " machines](../datasets/machines) have"
-            " 1.1e9 to 1.7e9 for rings 20 to 32 mm wide. Twice as much moves the rest position by 1 µm",
+            "K of F = K δ^(10/9), shaft on inner ring. Palmgren's δ = 3.84e-5 mm F^0.9 / l^0.8 (F in N, steel, a line contact"
+            " of the length l in mm) is K = 1.3e9 for 10 mm, 2.0e9 for 16 mm, 2.7e9 for 22 mm. The [published"
+            " machines](../datasets/machines) have 1.1e9 to 1.7e9 for rings 20 to 32 mm wide. Twice as much moves the rest"
+            " position by 1 µm",
             "N/m^(10/9)",
         ),
         "contact_exponent": Key(
             "analyse",
-            "10/9 of a line contact; misaligned or crowned rings up to 1.5. Another one bends the law through the same force at"
-            " a depth of 10 µm: `contact_stiffness` stays the K of 10/9",
+            "10/9 of a line contact; misaligned or crowned rings up to 1.5. Another one bends the law through the same force"
+            " at a depth of 10 µm: `contact_stiffness` stays the K of 10/9",
         ),
         "contact_damping": Key(
             "forces",
-            "α of Hunt and Crossley: restitution is about 1 − α v at an impact speed v. Published"
-            " machines 0.08 s/m; steel, bronze and"
-            " ivory 0.08 to 0.32 s/m (K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440)",
+            "α of Hunt and Crossley: restitution is about 1 − α v at an impact speed v. Published machines 0.08 s/m; steel,"
+            " bronze and ivory 0.08 to 0.32 s/m (K. H. Hunt, F. R. E. Crossley, J. Appl. Mech. 42 (1975) 440)",
         ),
         "friction": Key(
             "forces",
-            "Coefficient, shaft sliding on inner ring, at a load of the rotor's weight. Published"
-            " machines 0.1; dry steel 0.1 to 0.3",
+            "Coefficient, shaft sliding on inner ring, at a load of the rotor's weight. Published machines 0.1; dry steel 0.1"
+            " to 0.3",
         ),
         "friction_load_exponent": Key(
             "forces", "Friction falls with the load to this power; between most metals 0 to 0.1"
@@ -268,29 +259,25 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "inner_ring_drag": Key(
             "forces",
-            "Torque that brakes the inner ring. Bearing catalogues: 0.5 μ P d, μ = 0.0015 deep"
-            " groove, 0.002 angular contact, P the"
-            " end's share of the weight, d the bore: 24 mN m for 450 N on a bore of 70 mm. Grease or seals add to it",
+            "Torque that brakes the inner ring. Bearing catalogues: 0.5 μ P d, μ = 0.0015 deep groove, 0.002 angular contact,"
+            " P the end's share of the weight, d the bore: 24 mN m for 450 N on a bore of 70 mm. Grease or seals add to it",
         ),
         "balls": Key("analyse", "Table, below"),
         "ball_damping": Key(
             "forces",
-            "Of the ball bearing, radially. 0.25e-5 to 2.5e-5 s times its stiffness (E. Krämer,"
-            " Dynamics of Rotors and Foundations, 1993):"
-            " some 250 to 2500 N s/m at 1e8 N/m; published machines 250 to 1000 N s/m. Where you do not know it, give it a"
-            " tolerance: without one it is taken as exact",
+            "Of the ball bearing, radially. 0.25e-5 to 2.5e-5 s times its stiffness (E. Krämer, Dynamics of Rotors and"
+            " Foundations, 1993): some 250 to 2500 N s/m at 1e8 N/m; published machines 250 to 1000 N s/m. Where you do not"
+            " know it, give it a tolerance: without one it is taken as exact",
         ),
         "support_mass": Key("forces", f"What moves with the outer ring: housing, pedestal ({_ASK_MAKER})"),
         "support_stiffness": Key(
             "analyse",
-            f"Under the outer ring, radially ({_ASK_MAKER}). Published machines 5e7 N/m (soft) to"
-            f" 2.7e9 N/m (stiff housing)",
+            f"Under the outer ring, radially ({_ASK_MAKER}). Published machines 5e7 N/m (soft) to 2.7e9 N/m (stiff housing)",
         ),
         "support_damping": Key(
             "forces",
-            "Under the outer ring: 2 ζ √(k m), k and m as above. Published machines have ζ = 0.004"
-            " to 0.02 on stiff housings, 0.16 on a soft"
-            " damped support",
+            "Under the outer ring: 2 ζ √(k m), k and m as above. Published machines have ζ = 0.004 to 0.02 on stiff housings,"
+            " 0.16 on a soft damped support",
         ),
         "heat": Key("analyse", "Table, below"),
     },
@@ -302,9 +289,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "pitch_diameter": Key("analyse", "Circle of the balls' centres. Not printed: (outside diameter + bore)/2"),
         "diametral_clearance": Key(
             "analyse",
-            "Radial internal clearance, mounted; negative where preloaded. ISO 5753-1 has the"
-            " classes (C3 at a bore of 65 to 80 mm: 25"
-            " to 51 µm), fits of the rings take some of it. Half of it adds to the rest position",
+            "Radial internal clearance, mounted; negative where preloaded. ISO 5753-1 has the classes (C3 at a bore of 65 to"
+            " 80 mm: 25 to 51 µm), fits of the rings take some of it. Half of it adds to the rest position",
         ),
         "rows": Key("analyse", "2 for a pair in X or O"),
         "contact_angle": Key(
@@ -318,8 +304,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         ),
         "stiffness": Key(
             "analyse",
-            "Leave it out: Hertz's theory gives it from the numbers above (1.17e10 for a 6014 with 12.3 mm balls). Where"
-            " you have a measured one: of the balls of all rows at an azimuth against a radial displacement",
+            "Leave it out: Hertz's theory gives it from the numbers above (1.17e10 for a 6014 with 12.3 mm balls). Where you"
+            " have a measured one: of the balls of all rows at an azimuth against a radial displacement",
             "N/m^1.5",
         ),
     },
@@ -354,8 +340,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "unit": Key("analyse", 'Of the channel where the file states none that is known: `"um"`, `"mil"`, `"V"`'),
         "sensitivity": Key(
             "analyse",
-            "Needed for channels in volts: calibration sheet of the probe, 7.87 mV/um (200 mV/mil)"
-            " by API 670; negative inverts",
+            "Needed for channels in volts: calibration sheet of the probe, 7.87 mV/um (200 mV/mil) by API 670; negative"
+            " inverts",
         ),
         "offset": Key("analyse", "Voltage with the shaft in the bearing's centre"),
         "range": Key(
@@ -380,8 +366,8 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
         "edge": Key("analyse", '`"rising"`, or `"falling"` where the mark is a groove that pulls the signal down'),
         "angle": Key(
             "analyse",
-            "Of the mark on the shaft at the instant of the edge: where the probe sits, from +*x*."
-            " Phases of unbalance count from the mark",
+            "Of the mark on the shaft at the instant of the edge: where the probe sits, from +*x*. Phases of unbalance count"
+            " from the mark",
         ),
         "pulses_per_revolution": Key(
             "analyse",

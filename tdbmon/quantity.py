@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Sequence
 from datetime import datetime
 from decimal import Decimal
 
@@ -41,9 +42,20 @@ def off_by(ratio: float) -> str:
     return f"{signed(100 * (ratio - 1), 1)} %"
 
 
+def whole_degrees(angle: float) -> str:
+    """Return an angle, rad, as text: ``−90°``."""
+    return f"{math.degrees(angle):.0f}°".replace("-", "−")
+
+
 def counted(number: int, noun: str) -> str:
     """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
+
+
+def first_few(names: Sequence[str], most: int, between: str = ", ") -> str:
+    """Return the first of some names, and how many more there are: ``a, b and 3 more``."""
+    more = f" and {len(names) - most} more" if len(names) > most else ""
+    return between.join(names[:most]) + more
 
 
 def capitalised(words: str) -> str:
@@ -134,9 +146,7 @@ def short(estimate: Estimate, width: float | None = None) -> str:
         return "–"
     factor, name = _unit(estimate, None)
     if width is None:
-        width = abs(estimate.value) * 1e-2
-        if estimate.low is not None and estimate.high is not None:
-            width = max(width, estimate.high - estimate.low)
+        width = max(abs(estimate.value) * 1e-2, estimate.width or 0.0)
     return f"{number(estimate.value * factor, width * factor)} {name}{_kind(estimate)}".strip()
 
 
@@ -150,7 +160,7 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
         return short(estimate), "–", words(difference)
     numbers = [estimate.value, before, difference.value]
     factor, name = _unit(Estimate(max(map(abs, numbers)), unit=estimate.unit), None)
-    width = max(_width(estimate), abs(estimate.value) * 1e-2) * factor
+    width = max(estimate.width or 0.0, abs(estimate.value) * 1e-2) * factor
     if difference.low is not None and difference.high is not None:
         numbers += [difference.low, difference.high]
         width = _told_apart(*(x * factor for x in numbers[2:]))
@@ -202,8 +212,13 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
     size = max(abs(x) for x in (estimate.value or 0.0, estimate.low or 0.0, estimate.high or 0.0)) * factor
     if size >= _LONG or (chosen == "1" and 0 < size < _TINY):  # 1302123761 N/m^(10/9) is 1.302 ×10⁹ N/m^(10/9)
         power = 3 * int(math.log10(size) // 3)
-        return factor / 10.0**power, f"×10{str(power).translate(_RAISED)} {_UNIT_WORD.get(chosen, chosen)}".rstrip()
+        return factor / 10.0**power, f"×10{raised(power)} {_UNIT_WORD.get(chosen, chosen)}".rstrip()
     return factor, _UNIT_WORD.get(chosen, chosen)
+
+
+def raised(power: int) -> str:
+    """Return a power as it stands behind its base: ``⁻³``."""
+    return str(power).translate(_RAISED)
 
 
 def rpm(speed: Estimate) -> str:
@@ -223,9 +238,3 @@ def moment(text: str) -> str:
         return f"{when:%Y-%m-%d}"
     zone = "" if when.tzinfo is None else f" {when.tzname()}"
     return f"{when:%Y-%m-%d %H:%M:%S}{zone}"
-
-
-def _width(estimate: Estimate) -> float:
-    if estimate.value is None or estimate.low is None or estimate.high is None:
-        return 0.0
-    return estimate.high - estimate.low

@@ -7,52 +7,46 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tdbmon.json_file import say
-from tdbmon.progress import on_terminal
+from tdbmon.progress import Progress, on_terminal
 
 if TYPE_CHECKING:
     from tdbmon.report.document import Document
 
-ReportWriter = Callable[["Document"], None]
 
-
-def report_writers(paths: Sequence[Path] | None) -> list[ReportWriter]:
-    """Return what writes a document to each path; wrong paths are told before anything is computed.
+def check_reports(paths: Sequence[Path] | None) -> None:
+    """Tell a wrong path before anything is computed.
 
     Raises
     ------
     InputError
         If a path is neither .html nor .pdf.
     """
-    return [_writer(path) for path in paths or ()]
-
-
-def draw_reports(paths: Sequence[Path] | None, writers: Sequence[ReportWriter], make: Callable[[], Document]) -> None:
-    """Draw and write the reports that a command was asked for, once what it found is said: a figure may fail."""
-    if not writers:
-        return
-    with on_terminal() as tell:
-        tell("drawing the figures")
-        document = make()
-        for write in writers:
-            write(document)
-    say(f"report: {path}" for path in paths or [])
-
-
-def _writer(path: Path) -> ReportWriter:
     from tdbsim.errors import InputError
 
-    suffix = path.suffix.lower()
-    if suffix not in (".html", ".pdf"):
-        raise InputError(f"{path}: a report is .html or .pdf, not '{suffix}'; name it {path.with_suffix('.html').name}")
+    for path in paths or ():
+        if (suffix := path.suffix.lower()) not in (".html", ".pdf"):
+            name = path.with_suffix(".html").name
+            raise InputError(f"{path}: a report is .html or .pdf, not '{suffix}'; name it {name}")
 
-    def write(document: Document) -> None:
-        if suffix == ".html":
-            from tdbmon.report.html import write_html
 
-            write_html(document, path)
-        else:
-            from tdbmon.report.pdf import write_pdf
+def draw_reports(paths: Sequence[Path] | None, make: Callable[[Progress], Document]) -> None:
+    """Draw and write the reports that a command was asked for, once what it found is said: a figure may fail."""
+    if not paths:
+        return
+    with on_terminal() as tell:
+        document = make(tell)
+        tell("drawing the figures")
+        for path in paths:
+            _write(document, path)
+    say(f"report: {path}" for path in paths)
 
-            write_pdf(document, path)
 
-    return write
+def _write(document: Document, path: Path) -> None:
+    if path.suffix.lower() == ".html":
+        from tdbmon.report.html import write_html
+
+        write_html(document, path)
+    else:
+        from tdbmon.report.pdf import write_pdf
+
+        write_pdf(document, path)

@@ -319,9 +319,7 @@ def _phases(
     time: np.ndarray, released: float | None, ends: Mapping[str, EndResult], rundown: RunDown | None
 ) -> tuple[Phase, ...]:
     settled = [end.gap.settled_from for end in ends.values() if end.gap is not None]
-    touched = [
-        end.contacts.events[0].start for end in ends.values() if end.contacts is not None and end.contacts.events
-    ]
+    touched = [end.events[0].start for end in ends.values() if end.events]
     every_end = len(settled) == sum(end.seen and not end.held for end in ends.values())
     return split_phases(
         float(time[0]),

@@ -16,7 +16,7 @@ from tdbmon.machine_file import calibration_head, check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
-from tdbmon.report_file import draw_reports, report_writers
+from tdbmon.report_file import check_reports, draw_reports
 
 if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
@@ -33,7 +33,7 @@ def analyse(
     also: list[Path] | None,
 ) -> None:
     """Analyse a record, fit the simulation where asked, and write what was asked for."""
-    writers = report_writers(report)
+    check_reports(report)
     check_suffix(calibrated)
     check_outputs([json_file, *(report or []), calibrated], [machine, record, *(also or [])])
     with on_terminal() as tell:
@@ -47,7 +47,7 @@ def analyse(
             from tdbmon.identify.fitted import fit_drop
 
             fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []], all_cores()).beside(result)
-            if writers or json_file is not None:
+            if report or json_file is not None:
                 tell("simulating on to the end of the record")
                 fitted = fitted.with_coast_down(result)
     lines, written = list(summary_lines(result, fitted is not None)), []
@@ -65,7 +65,7 @@ def analyse(
         written += write_json(json_file, _content(result, fitted))
     # before the figures: what was found is not lost with one that can't be drawn
     say([*lines, *written])
-    draw_reports(report, writers, lambda: _document(result, fitted))
+    draw_reports(report, lambda _: _document(result, fitted))
 
 
 def _document(result: Analysis, fitted: FittedDrop | None) -> Document:

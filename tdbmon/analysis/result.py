@@ -23,7 +23,9 @@ from tdbmon.analysis.swing import Swing
 from tdbmon.estimate import Estimate, since
 
 if TYPE_CHECKING:
+    from tdbmon.analysis.contact_events import Contact
     from tdbmon.analysis.drifting_swings import DriftingSwing
+    from tdbmon.analysis.first_contact import FirstContact
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl
@@ -112,6 +114,16 @@ class EndResult:
         return self.gap or Gap.missing(self.unsettled)
 
     @property
+    def events(self) -> tuple[Contact, ...]:
+        """Contacts before settling, in order; none where they cannot be told."""
+        return () if self.contacts is None else self.contacts.events
+
+    @property
+    def first_contact(self) -> FirstContact | None:
+        """The first of them, where its instants can be told."""
+        return None if self.contacts is None else self.contacts.first
+
+    @property
     def no_contact(self) -> str:
         """Why there is no first contact."""
         return self.unsettled if self.contacts is None else self.contacts.why or "no first contact was found"
@@ -119,8 +131,7 @@ class EndResult:
     @property
     def first(self) -> FirstContact:
         """The first contact, its numbers missing where none is told."""
-        found = None if self.contacts is None else self.contacts.first
-        return found or FirstContact.missing(self.no_contact)
+        return self.first_contact or FirstContact.missing(self.no_contact)
 
     @property
     def contact_count(self) -> Estimate:
@@ -196,6 +207,11 @@ class Analysis:
     def seen_ends(self) -> list[str]:
         """Ends whose orbit the record holds."""
         return [name for name, end in self.ends.items() if end.seen]
+
+    @property
+    def released(self) -> float | None:
+        """Instant of the release, s; None where it is not known."""
+        return None if self.release is None else self.release.time.value
 
     @property
     def release_time(self) -> Estimate:

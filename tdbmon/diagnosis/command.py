@@ -21,7 +21,7 @@ from tdbmon.machine_file import check_suffix, write_machine
 from tdbmon.output_file import check_outputs
 from tdbmon.progress import on_terminal
 from tdbmon.record.read import read
-from tdbmon.report_file import draw_reports, report_writers
+from tdbmon.report_file import check_reports, draw_reports
 
 if TYPE_CHECKING:
     from tdbmon.report.document import Document
@@ -36,7 +36,7 @@ def diagnose(
     reference: list[Path] | None,
 ) -> None:
     """Diagnose drops, by themselves or since earlier ones, and write what was asked for."""
-    writers = report_writers(report)
+    check_reports(report)
     check_suffix(extended)
     check_outputs([json_file, *(report or []), extended], [machine, *records, *(reference or [])])
     with on_terminal() as tell:
@@ -56,7 +56,7 @@ def diagnose(
         written.append(_write_extended(result, extended))
     # before the figures: what took minutes to find is not lost with one that can't be drawn
     say([*lines, *written])
-    draw_reports(report, writers, lambda: _document(result, since, channels))
+    draw_reports(report, lambda _: _document(result, since, channels))
 
 
 def _document(result: Diagnosis, since: Reference | None, channels: Sequence[xr.Dataset]) -> Document:

@@ -13,7 +13,6 @@ from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.named_cause import named_causes
 from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.unexplained import unexplained
-from tdbmon.diagnosis.verdict import Kind
 from tdbmon.estimate import Estimate
 from tdbmon.quantity import percent, plain, printed, why_no_interval
 from tdbmon.remarks import alike
@@ -47,7 +46,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
         },
         "held_out": list(proof.drops) if proof else [],
         "held_out_judge": proof.judge.name.lower() if proof else None,
-        "gain": proof.gain if proof and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS) else None,
+        "gain": proof.gain if proof and verdict.believes else None,
         "horizon_s": best.horizon,
         "unexplained": {
             "misfit_ratio": left.ratio,
@@ -86,7 +85,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
         f" {_noise(told) * 1e6:.2g} um"
     )
     proof = diagnosis.proof
-    if proof is not None and proof.gain is not None and verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS):
+    if proof is not None and proof.gain is not None and verdict.believes:
         out.append(
             f"held out {proof.drop}, {proof.judge}: plain {proof.plain * 1e6:.2f} um, extended {proof.extended * 1e6:.2f} um,"
             f" noise {proof.noise * 1e6:.2f} um; gain {percent(proof.gain, 1)}"

@@ -14,6 +14,7 @@ from tdbmon.diagnosis.residual_force import ResidualForce, residual_force
 from tdbmon.diagnosis.slows_otherwise import slowings_of
 from tdbmon.identify.slowing import Slowing
 
+PLAIN, EXTENDED = "plain model", "extended model"  # what they are called in figures and tables
 _SHOWN = 3  # drops in a figure
 
 
@@ -43,6 +44,11 @@ class Evidence:
     extended_force: tuple[ResidualForce, ...]
     plain_slowing: tuple[Slowing, ...] | None
     extended_slowing: tuple[Slowing, ...] | None
+
+    @property
+    def left(self) -> dict[str, tuple[LeftOver, ...]]:
+        """What each model leaves, by what it is called."""
+        return {PLAIN: self.plain_left} | ({} if self.extended is None else {EXTENDED: self.extended_left})
 
     @property
     def best_left(self) -> tuple[LeftOver, ...]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from tdbsim.machine import Machine
 
 from tdbmon.diagnosis.diagnose import Diagnosis
-from tdbmon.diagnosis.verdict import Kind
 from tdbmon.identify.parameters import calibrated_machine
 from tdbmon.machine_file import with_effects
 from tdbmon.quantity import percent
@@ -16,7 +15,7 @@ def extended_machine(diagnosis: Diagnosis) -> Machine | None:
 
     Values that differ from drop to drop (a phase on the inner ring, the number of a ball) are those of the first drop.
     """
-    if diagnosis.verdict.kind not in (Kind.NAMED, Kind.AMBIGUOUS) or not diagnosis.verdict.accused:
+    if not diagnosis.verdict.believes or not diagnosis.verdict.accused:
         return None
     best = diagnosis.verdict.accused[0]
     shared, own = best.problem.values(best.fit.point, 0)

@@ -78,6 +78,11 @@ class Verdict:
     doubt: str | None = None
     or_nothing: bool = False
 
+    @property
+    def believes(self) -> bool:
+        """True where a cause is told, be it one of several that look alike."""
+        return self.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+
     def leading(self, contenders: Sequence[Contender]) -> Contender:
         """Return the first accused model, or the likeliest of the contenders (in their order) if none is accused.
 

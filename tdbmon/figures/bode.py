@@ -11,6 +11,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.estimate import Z95
 from tdbmon.figures.labels import Labels, Place
+from tdbmon.figures.orbit_axes import show_about
 from tdbmon.figures.style import (
     AXIS_COLOUR,
     AXIS_WORD,
@@ -159,8 +160,7 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
     ax.axhline(0, color=GREY, linewidth=0.5)
     ax.axvline(0, color=GREY, linewidth=0.5)
     ax.plot(0, 0, "+", color=BLACK, markersize=6)
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
+    show_about(ax, (0.0, 0.0), reach)
     _name_speeds(ax, x, y, speed, clear)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.critical_speed_map import COLOUR
+from tdbmon.figures.critical_speed_map import COLOUR, by_direction
 from tdbmon.figures.style import BLACK, GREY, PURPLE, Margins, legend_below, new_figure, styled, subplots
 from tdbmon.identify.natural_frequencies import ORDERS
 
@@ -26,10 +26,8 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
     speeds = found.speeds
     top = 1.05 * max(float(found.against_speed.frequencies.max()), 1.0)
     for k in range(found.against_speed.frequencies.shape[1]):
-        for direction, colour in COLOUR.items():
-            here = (found.against_speed.sideways[:, k] > 0.5) == (direction == "sideways")
-            curve = np.where(here, found.against_speed.frequencies[:, k], np.nan)
-            ax.plot(speeds, curve, color=colour, linewidth=1.1, label=direction)
+        for direction, curve in by_direction(found.against_speed, k).items():
+            ax.plot(speeds, curve, color=COLOUR[direction], linewidth=1.1, label=direction)
     for order in ORDERS:
         ax.plot(speeds, order * speeds, color=GREY, linestyle=(0, (4, 2)), linewidth=0.8, label="orders of rotation")
         at = min(float(speeds[-1]), top / order)

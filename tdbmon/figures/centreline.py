@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 from tdbsim.errors import InputError
 
 from tdbmon.analysis import orbit
+from tdbmon.figures.orbit_axes import circle, orbit_axes, show_about
 from tdbmon.figures.style import (
     BLACK,
     GREEN,
@@ -25,7 +25,6 @@ from tdbmon.figures.style import (
     colour_bar,
     legend_below,
     new_figure,
-    released,
     said,
     say,
     styled,
@@ -83,11 +82,10 @@ def any_settled(analysis: Analysis, courses: Courses) -> bool:
 
 def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The clearance circle with all positions."""
-    _frame(ax, f"{end}: clearance")
-    centre, radius = centre_of(analysis, end) * UM, _radius(analysis, end)
-    _circle(ax, centre, radius)
-    ax.set_xlim(centre[0] - 1.15 * radius, centre[0] + 1.15 * radius)
-    ax.set_ylim(centre[1] - 1.15 * radius, centre[1] + 1.15 * radius)
+    ax.set_title(f"{end}: clearance")
+    orbit_axes(ax)
+    centre, radius = _clearance(ax, analysis, end)
+    show_about(ax, centre, 1.15 * radius)
     ax.plot(*centre, "+", color=BLACK, markersize=7, label="centre")
     _scatter(ax, analysis, *course, scale)
     if analysis.release is not None and end in analysis.release.states:
@@ -97,35 +95,25 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
 
 def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """The settled positions alone."""
-    _frame(ax, f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
+    ax.set_title(f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
+    orbit_axes(ax)
     time, mean = course
     settled = _settled(analysis, end, time)
     if settled.sum() < _FEWEST:
         say(ax, f"settled for less than {_FEWEST * _WINDOW_S:g} s")
         return
-    _circle(ax, centre_of(analysis, end) * UM, _radius(analysis, end))
+    _clearance(ax, analysis, end)
     _scatter(ax, analysis, time[settled], mean[settled], scale)
     low, high = mean[settled].min(axis=0), mean[settled].max(axis=0)
-    middle, reach = (low + high) / 2, 0.65 * float(max(high - low)) + 0.2
-    ax.set_xlim(middle[0] - reach, middle[0] + reach)
-    ax.set_ylim(middle[1] - reach, middle[1] + reach)
+    show_about(ax, (low + high) / 2, 0.65 * float(max(high - low)) + 0.2)
 
 
-def _frame(ax: Axes, title: str) -> None:
-    ax.set_title(title)
-    ax.set_xlabel("x (right) [µm]")
-    ax.set_ylabel("y (up) [µm]")
-    ax.set_aspect("equal", adjustable="box")
-
-
-def _radius(analysis: Analysis, end: str) -> float:
-    """Radius of the clearance circle of an end that has one, µm."""
-    gap = analysis.ends[end].gap
-    return 0.0 if gap is None else gap.size * UM
-
-
-def _circle(ax: Axes, centre: np.ndarray, radius: float) -> None:
-    ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label="clearance circle"))
+def _clearance(ax: Axes, analysis: Analysis, end: str) -> tuple[np.ndarray, float]:
+    """Draw the clearance circle of an end that has one; return its centre and radius, µm."""
+    gap, centre = analysis.ends[end].gap, centre_of(analysis, end) * UM
+    radius = 0.0 if gap is None else gap.size * UM
+    circle(ax, centre, radius, label="clearance circle")
+    return centre, radius
 
 
 def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, scale: Normalize) -> None:
@@ -146,7 +134,7 @@ def courses_of(analysis: Analysis) -> Courses:
         If no end has both a clearance circle and two windows after the release.
     """
     found: Courses = {}
-    after = None if analysis.planes is None else analysis.planes.sel(time=slice(released(analysis), None))
+    after = None if analysis.planes is None else analysis.planes.sel(time=slice(analysis.released, None))
     if after is not None and after.sizes["time"] >= _LEAST_S * after.attrs["sampling_hz"]:
         path = orbit.centreline(after, _WINDOW_S)
         for end in circled_ends(analysis):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 Array = NDArray[np.float64]
 
 _USUAL_PERCENT = -5.0, 25.0  # of the measured speed
+_MEASURED: dict[str, Any] = {"color": MEASURED, "linewidth": 2.4, "label": "measured"}
+_SIMULATED: dict[str, Any] = {"color": VERMILION, "linewidth": 0.9, "label": "simulated"}
 _LEAST_HZ = 1e-3  # on a logarithmic axis: less is standstill
 
 
@@ -42,38 +45,41 @@ def coast_down(course: Course, runout: str) -> Figure:
         figure, 2 + len(ends), 2, Margins(19, 3, 11, 18, across=15, down=4), height_ratios=[1.3, 1.0] + [1.3] * len(ends),
         sharex=True,
     )  # fmt: skip
-    time = course.time
-    both = ((course.measured_speed, MEASURED, 2.4, "measured"), (course.simulated_speed, VERMILION, 0.9, "simulated"))
-    for column, scale in enumerate(("linear", "log")):
-        top, below = axes[0, column], axes[1, column]
-        for speed, colour, width, words in both:
-            shown = np.where(speed >= _LEAST_HZ, speed, np.nan) if scale == "log" else speed
-            top.plot(time, shown, color=colour, linewidth=width, label=words)
-        if scale == "log":
-            top.set_yscale("log")
-            power_ticks(top.yaxis)
-        top.set_title("speed" if scale == "linear" else "speed, logarithmic")
-        left = course.simulated_speed - course.measured_speed
-        if scale == "log":
-            left = 100 * left / np.where(course.measured_speed > 0, course.measured_speed, np.nan)
-        below.plot(time, left, color=VERMILION)
-        below.set_ylabel("speed error\n[Hz]" if scale == "linear" else "speed error\n[%]")
-        if scale == "log":
-            below.set_ylim(*_percent_shown(course, left))
-        top.set_ylabel("speed [Hz]")
+    error = course.simulated_speed - course.measured_speed
+    percent = 100 * error / np.where(course.measured_speed > 0, course.measured_speed, np.nan)
+    _speeds(axes[0, 0], course, "speed")
+    _error(axes[1, 0], course, error, "Hz")
+    _speeds(axes[0, 1], course, "speed, logarithmic", least=_LEAST_HZ)
+    axes[0, 1].set_yscale("log")
+    power_ticks(axes[0, 1].yaxis)
+    _error(axes[1, 1], course, percent, "%")
+    axes[1, 1].set_ylim(*_percent_shown(course, percent))
     for row, end in enumerate(ends, start=2):
         for column, axis in enumerate("xy"):
             ax = axes[row, column]
-            for rms, (_, colour, width, words) in zip((course.measured_rms, course.simulated_rms), both, strict=True):
+            for rms, look in ((course.measured_rms, _MEASURED), (course.simulated_rms, _SIMULATED)):
                 if end in rms:
-                    ax.semilogy(time, rms[end][column] * UM, color=colour, linewidth=width, label=words)
+                    ax.semilogy(course.time, rms[end][column] * UM, **look)
             power_ticks(ax.yaxis)
             name_axis(ax, f"{{}} {axis} [µm rms]", end)
     for ax in axes[-1]:
         ax.set_xlabel("time from the release [s]")
-        ax.set_xlim(0, time[-1] + 0.5)
+        ax.set_xlim(0, course.time[-1] + 0.5)
     legend_below(figure)
     return figure
+
+
+def _speeds(ax: Axes, course: Course, title: str, least: float = -np.inf) -> None:
+    """Draw both speeds, as far as they are no less than some speed, Hz."""
+    for speed, look in ((course.measured_speed, _MEASURED), (course.simulated_speed, _SIMULATED)):
+        ax.plot(course.time, np.where(speed >= least, speed, np.nan), **look)
+    ax.set_title(title)
+    ax.set_ylabel("speed [Hz]")
+
+
+def _error(ax: Axes, course: Course, error: Array, unit: str) -> None:
+    ax.plot(course.time, error, color=VERMILION)
+    ax.set_ylabel(f"speed error\n[{unit}]")
 
 
 def _percent_shown(course: Course, left: Array) -> tuple[float, float]:

@@ -31,6 +31,7 @@ from tdbmon.figures.style import (
 
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
+    from tdbmon.analysis.resting_modes import RestingModes
     from tdbmon.analysis.result import Analysis
     from tdbmon.identify.natural_frequencies import NaturalFrequencies
 
@@ -67,6 +68,16 @@ def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Seq
     return figure
 
 
+def by_direction(modes: RestingModes, k: int) -> dict[str, np.ndarray]:
+    """Return a natural frequency, Hz, where its mode is one sideways, and where it is one up and down; NaN elsewhere."""
+    sideways = modes.sideways[:, k] > 0.5
+    frequency = modes.frequencies[:, k]
+    return {
+        "sideways": np.where(sideways, frequency, np.nan),
+        "up and down": np.where(sideways, np.nan, frequency),
+    }
+
+
 def _map(ax: Axes, found: NaturalFrequencies) -> None:
     first, second = found.support.values()
     base = float(first.value or 1.0)
@@ -74,10 +85,9 @@ def _map(ax: Axes, found: NaturalFrequencies) -> None:
     x = found.factors * base
     for k in range(found.still.frequencies.shape[1]):
         ax.semilogx(x, found.still.frequencies[:, k], color=GREY, linewidth=2.2, alpha=0.45, label="at standstill")
-        for direction, colour in COLOUR.items():
-            here = (found.turning.sideways[:, k] > 0.5) == (direction == "sideways")
-            curve = np.where(here, found.turning.frequencies[:, k], np.nan)
-            ax.semilogx(x, curve, color=colour, linewidth=1.0, label=f"{direction}, at {found.speed:.0f} Hz")
+        for direction, curve in by_direction(found.turning, k).items():
+            label = f"{direction}, at {found.speed:.0f} Hz"
+            ax.semilogx(x, curve, color=COLOUR[direction], linewidth=1.0, label=label)
     label = "stiffness of the machine file"
     if first.low is not None and first.high is not None:
         ax.axvspan(first.low, first.high, color=SKY, alpha=0.8, linewidth=0)

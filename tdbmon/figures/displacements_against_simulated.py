@@ -18,6 +18,7 @@ from tdbmon.figures.style import (
     legend_below,
     name_axis,
     new_figure,
+    plane_words,
     styled,
     subplots,
 )
@@ -34,10 +35,7 @@ def displacements_against_simulated(found: Agreement) -> Figure:
 
     The left column ends where the fit ended, the right one shows all that was simulated.
     """
-    planes = {end: each.plane for end, each in found.ends.items()}
-    where = "at the bearing planes" if set(planes.values()) == {"bearing"} else ", ".join(
-        f"{end} at the {plane} plane" for end, plane in planes.items()
-    )  # fmt: skip
+    where = plane_words({end: each.plane for end, each in found.ends.items()})
     note = (
         f"Displacement {where}, from the fitted bearing centres · x right, y up · not filtered"
         " · residual: measured less simulated"

@@ -38,16 +38,16 @@ def names_along(ax: Axes, places: Sequence[int], names: Sequence[str], *, aslant
     )
 
 
-def end_columns(axes: NDArray[np.object_], shown: int, entries: Sequence[Entry]) -> None:
-    """Label the lowest of the shown panels in each column with `drops_label`, and hide those that are left over."""
+def end_columns(axes: NDArray[np.object_], shown: int, label: str) -> None:
+    """Label the lowest of the shown panels in each column, and hide those that are left over."""
     for ax in axes.flat[shown:]:
         ax.set_visible(False)
     for ax in axes.flat[max(0, shown - axes.shape[1]) : shown]:
-        ax.set_xlabel(drops_label(entries))
+        ax.set_xlabel(label)
 
 
 def drops_label(entries: Sequence[Entry]) -> str:
-    """Return the words under such an axis: with the days of the first and the last drop, where both state one."""
+    """Return the words under an axis of drops: with the days of the first and the last drop, where both state one."""
     first, last = entries[0].dropped[:10], entries[-1].dropped[:10]
     return f"drop ({first} to {last})" if first and last and first != last else "drop"
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from matplotlib.figure import Figure
 
+from tdbmon.diagnosis.evidence import EXTENDED, PLAIN
 from tdbmon.figures.style import BLUE, GREY, UM, VERMILION, Margins, new_figure, styled, subplots
 
 if TYPE_CHECKING:
@@ -18,8 +19,8 @@ def extended_gain(proof: HeldOut) -> Figure:
     figure = new_figure(48, f"{proof.drop} · {proof.judge}, measured less simulated")
     ax = subplots(figure, 1, 1, Margins(30, 24, 8, 11))[0, 0]
     bars = (
-        ("plain model", proof.plain, VERMILION),
-        ("extended model", proof.extended, BLUE),
+        (PLAIN, proof.plain, VERMILION),
+        (EXTENDED, proof.extended, BLUE),
         ("noise", proof.noise, GREY),
     )
     for row, (_, value, colour) in enumerate(bars):

@@ -12,11 +12,11 @@ from tdbsim.errors import InputError
 
 from tdbmon.analysis.orbit import OrbitKind, orbit
 from tdbmon.estimate import Z95
-from tdbmon.figures.orbit_sequence import frame_orbit, time_span
+from tdbmon.figures.orbit_axes import frame_orbit, keyphasor_dots, orbit_axes
+from tdbmon.figures.orbit_sequence import time_span
 from tdbmon.figures.style import (
     BLUE,
     GREY,
-    PURPLE,
     UM,
     Margins,
     legend_below,
@@ -134,9 +134,7 @@ def telling_stretch(analysis: Analysis) -> Stretch:
 
 def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
     end = str(cut.end.item())
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("x (right) [µm]")
-    ax.set_ylabel("y (up) [µm]")
+    orbit_axes(ax)
     title = f"{end}, {words}\n{cut.attrs['speed_hz']:.1f} Hz, {time_span(cut.attrs['start_s'], cut.attrs['end_s'])}"
     ax.set_title(title, fontsize=7, loc="center")
     xy = cut.displacement.transpose("axis", "sample").to_numpy() * UM
@@ -148,9 +146,7 @@ def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
         pulses = pulses[:1]
         xy = np.column_stack([xy[:, : cut.keyphasor.to_numpy()[1]], xy[:, 0]])
     ax.plot(*xy, color=BLUE, linewidth=0.6, label="orbit", rasterized=xy.shape[1] > _DENSE)
-    ax.plot(
-        *xy[:, pulses], "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor"
-    )
+    keyphasor_dots(ax, xy[:, pulses])
     if frame_orbit(ax, analysis, end, xy):
         ax.annotate("magnified", (0.03, 0.93), xycoords="axes fraction", fontsize=6, color=GREY)
     if "deviation" in cut:

@@ -23,11 +23,11 @@ from tdbmon.figures.style import (
     circled_ends,
     legend_below,
     new_figure,
-    released,
     said,
     styled,
     subplots,
 )
+from tdbmon.quantity import whole_degrees
 
 if TYPE_CHECKING:
     from tdbmon.analysis.first_contact import FirstContact
@@ -61,21 +61,19 @@ def touched_ends(analysis: Analysis) -> list[str]:
     return [
         end
         for end in circled_ends(analysis)
-        if (contacts := analysis.ends[end].contacts) is not None
-        and contacts.first is not None
-        and contacts.first.touch.known
+        if (first := analysis.ends[end].first_contact) is not None and first.touch.known
     ]
 
 
 def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
     result = analysis.ends[end]
-    release = released(analysis)
+    release = analysis.released
     ax.set_xlabel("time from the release [ms]" if release is not None else "time from the record's first sample [ms]")
     ax.set_ylabel("outward from the clearance centre [µm]")
-    first = result.contacts.first if result.contacts is not None else None
+    first = result.first_contact
     if first is None or result.gap is None or first.touch.value is None:
         return
-    ax.set_title(f"{end}: along {np.rad2deg(first.direction):.0f}° from +x".replace("-", "−"))
+    ax.set_title(f"{end}: along {whole_degrees(first.direction)} from +x")
     origin = 0.0 if release is None else release
     direction = np.array([np.cos(first.direction), np.sin(first.direction)])
     planes = analysis.planes

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.figures.drop_names import end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -17,9 +18,11 @@ from tdbmon.figures.style import (
     LIGHT,
     PURPLE,
     SKY,
+    UM,
     VERMILION,
     Margins,
     drop_axis,
+    interval_bar,
     legend_below,
     new_figure,
     not_told,
@@ -63,7 +66,7 @@ def fleet(members: list[Member]) -> Figure:
     rows = math.ceil(len(shown) / _COLUMNS)
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
     figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
-    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5), sharey=False)
+    axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5))
     of_all = [member.gaps() for member in shown]
     limits = [_limit_of(member, gaps) for member, gaps in zip(shown, of_all, strict=True)]
     reach = _reach(of_all, limits)
@@ -81,13 +84,11 @@ def fleet(members: list[Member]) -> Figure:
         judged = len(member.comparison.matched) + 1
         for k, (end, series) in enumerate(gaps.items()):
             line, marker = style[end]
-            values = np.array([e.value for _, e in series], float) * 1e6
+            values = np.array([e.value for _, e in series], float) * UM
             at = [number for number, _ in series]
             ax.plot(at, values - values[0], marker, color=line, markersize=2.5, linestyle="-", linewidth=0.6, label=end)
             for x, e in series:
-                if e.low is not None and e.high is not None:
-                    ends = np.array([e.low, e.high]) * 1e6 - values[0]
-                    ax.plot([x, x], ends, color=line, linewidth=0.5, alpha=0.6)
+                interval_bar(ax, x, e, UM, values[0], color=line, linewidth=0.5, alpha=0.6)
             if series[-1][0] != judged:
                 not_told(ax, judged, marker, place=k)
         ax.set_ylim(-reach, reach)
@@ -98,10 +99,7 @@ def fleet(members: list[Member]) -> Figure:
             ax.set_yticklabels([])
         else:
             ax.set_ylabel("radius, change [µm]", fontsize=6.5)
-    for ax in axes.flat[len(shown) :]:
-        ax.set_visible(False)
-    for ax in axes.flat[max(0, len(shown) - _COLUMNS) : len(shown)]:
-        ax.set_xlabel("drop")
+    end_columns(axes, len(shown), "drop")
     legend_below(figure, 4)
     return figure
 
@@ -123,7 +121,7 @@ def _limit_of(member: Member, gaps: Gaps) -> tuple[float, str] | None:
     """Return where the end that comes to its limit of growth first is at it, µm above its first radius, and its name."""
     first = {end: series[0][1].value or 0.0 for end, series in gaps.items() if series}
     return min(
-        (((level - first[end]) * 1e6, end) for end, level in member.gap_limits.items() if end in first), default=None
+        (((level - first[end]) * UM, end) for end, level in member.gap_limits.items() if end in first), default=None
     )
 
 
@@ -133,7 +131,7 @@ def _reach(of_all: list[Gaps], limits: list[tuple[float, str] | None]) -> float:
     for series in (series for gaps in of_all for series in gaps.values() if series):
         first = series[0][1].value or 0.0
         ends = [x for _, e in series for x in (e.value, e.low, e.high) if x is not None]
-        found += [abs(x - first) * 1e6 for x in ends]
+        found += [abs(x - first) * UM for x in ends]
     reach = 1.2 * max(found)
     return max([reach, *(1.1 * limit[0] for limit in limits if limit is not None and limit[0] < _NEAR * reach)])
 

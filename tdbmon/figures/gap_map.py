@@ -9,9 +9,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.markers import CARETDOWN, CARETUP
-from matplotlib.patches import Circle
 from tdbsim.errors import InputError
 
+from tdbmon.figures.orbit_axes import circle, orbit_axes, show_about
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -62,29 +62,20 @@ def gap_map(analysis: Analysis) -> Figure:
 
 def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
     ax.set_title(f"{end}: clearance circle")
-    ax.set_xlabel("x (right) [µm]")
-    ax.set_ylabel("y (up) [µm]")
-    ax.set_aspect("equal", adjustable="box")
+    orbit_axes(ax)
     gap = analysis.ends[end].gap
     if gap is None:
         return
     centre, radius = gap.place * UM, gap.size * UM
     ax.plot(*(gap.points.T * UM), ".", markersize=1.5, color=BLUE, rasterized=True, label="settled positions")
-    ax.add_patch(
-        Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=1.0, label="fitted circle, radius at rest")
-    )
+    circle(ax, centre, radius, linewidth=1.0, label="fitted circle, radius at rest")
     if gap.radius.low is not None and gap.radius.high is not None:
         for limit in (gap.radius.low, gap.radius.high):
-            ax.add_patch(
-                Circle(tuple(centre), limit * UM, fill=False, color=BLACK, linewidth=0.5, linestyle=(0, (4, 2)))
-            )
+            circle(ax, centre, limit * UM, linewidth=0.5, linestyle=(0, (4, 2)))
     air, drawing = analysis.ends[end].air_gap.value, analysis.machine.bearing(end).radial_gap.nominal
     if air is not None:
-        ax.add_patch(Circle(tuple(centre), air * UM, fill=False, color=GREEN, linewidth=1.0, label="air gap"))
-    dotted = (0, (1, 1))
-    ax.add_patch(
-        Circle(tuple(centre), drawing * UM, fill=False, color=ORANGE, linestyle=dotted, label="gap on the drawing")
-    )
+        circle(ax, centre, air * UM, color=GREEN, linewidth=1.0, label="air gap")
+    circle(ax, centre, drawing * UM, color=ORANGE, linewidth=1.0, linestyle=(0, (1, 1)), label="gap on the drawing")
     ax.plot(*centre, "+", color=BLACK, markersize=8, label="centre")
     rest = np.nanmean(gap.points[-max(1, len(gap.points) // 10) :], axis=0) * UM
     ax.plot(
@@ -96,9 +87,7 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
         markeredgewidth=1.2,
         label="mean of the last tenth",
     )
-    reach = 1.15 * radius
-    ax.set_xlim(centre[0] - reach, centre[0] + reach)
-    ax.set_ylim(centre[1] - reach, centre[1] + reach)
+    show_about(ax, centre, 1.15 * radius)
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from tdbmon.figures.drop_names import short_names
-from tdbmon.figures.style import BLACK, BLUE, LIGHT, Margins, legend_below, name_axis, new_figure, styled, subplots
+from tdbmon.figures.style import BLACK, BLUE, LIGHT, UM, Margins, legend_below, name_axis, new_figure, styled, subplots
 
 if TYPE_CHECKING:
     from tdbmon.diagnosis.late_record import LateRecord
@@ -51,7 +51,7 @@ def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str)
 def _compared(
     ax: Axes, time: NDArray[np.float64], measured: NDArray[np.float64], simulated: NDArray[np.float64]
 ) -> None:
-    low, middle, high = np.quantile(simulated, _BAND, axis=0) * 1e6
+    low, middle, high = np.quantile(simulated, _BAND, axis=0) * UM
     ax.fill_between(time * 1e3, low, high, color=LIGHT, linewidth=0, label="simulated, 95 %")
     ax.plot(time * 1e3, middle, color=BLUE, label="simulated, median")
-    ax.plot(time * 1e3, measured * 1e6, color=BLACK, marker="o", markersize=2.5, label="measured")
+    ax.plot(time * 1e3, measured * UM, color=BLACK, marker="o", markersize=2.5, label="measured")

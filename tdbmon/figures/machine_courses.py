@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
-from tdbmon.figures.drop_names import drop_names, end_columns
+from tdbmon.figures.drop_names import drop_names, drops_label, end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -20,6 +20,7 @@ from tdbmon.figures.style import (
     SKY,
     VERMILION,
     Margins,
+    interval_bar,
     legend_below,
     legend_room,
     new_figure,
@@ -27,7 +28,7 @@ from tdbmon.figures.style import (
     subplots,
 )
 from tdbmon.figures.trends import axis_name, scale_of
-from tdbmon.history.feature import KINDS
+from tdbmon.history.feature import KINDS, Key
 from tdbmon.history.speed_class import stood
 
 if TYPE_CHECKING:
@@ -69,9 +70,8 @@ def machine_courses(history: MachineHistory) -> Figure:
                 label=name, zorder=3,
             )  # fmt: skip
             for x, s in own:
-                if s.low is not None and s.high is not None:
-                    ax.plot([x, x], [s.low * factor, s.high * factor], color=colour, linewidth=0.8, alpha=0.5)
-        off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get((course.name, course.end), ())]
+                interval_bar(ax, x, s, factor, color=colour, linewidth=0.8, alpha=0.5)
+        off = [(place[e.id], s) for e, s in course.values if e.id in flagged.get(course.key, ())]
         if off:
             ax.plot(
                 [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
@@ -84,7 +84,7 @@ def machine_courses(history: MachineHistory) -> Figure:
         ax.set_title(course.title, fontsize=7)
         ax.set_ylabel(axis_name(KINDS[course.name]))
         drop_names(ax, history.entries, _NAMED)
-    end_columns(axes, len(shown), history.entries)
+    end_columns(axes, len(shown), drops_label(history.entries))
     legend_below(figure, _COLUMNS)
     return figure
 
@@ -92,7 +92,7 @@ def machine_courses(history: MachineHistory) -> Figure:
 def shown_courses(history: MachineHistory) -> list[Course]:
     """Return what is drawn: what was flagged in any drop, then the usual quantities."""
     flagged = history.flagged
-    found = [c for c in history.courses if c.name in _FIRST or (c.name, c.end) in flagged]
+    found = [c for c in history.courses if c.name in _FIRST or c.key in flagged]
     return sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
 
 
@@ -108,7 +108,7 @@ def _class_name(speed: float) -> str:
     return "standstill" if stood(speed) else f"{speed:.4g} Hz"
 
 
-def _rank(course: Course, flagged: dict[tuple[str, str], tuple[str, ...]]) -> tuple[int, int]:
+def _rank(course: Course, flagged: dict[Key, tuple[str, ...]]) -> tuple[int, int]:
     """What was flagged comes first, the most often flagged at the top; then the usual quantities."""
-    times = len(flagged.get((course.name, course.end), ()))
+    times = len(flagged.get(course.key, ()))
     return -times, _FIRST.index(course.name) if course.name in _FIRST else len(_FIRST)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tdbmon.diagnosis.evidence import PLAIN
 from tdbmon.figures.drop_names import short_names
 from tdbmon.figures.style import (
     BLUE,
@@ -27,7 +28,6 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.diagnosis.left_over import LeftOver
 
-PLAIN = "plain model"  # what it is called in legends
 _PROBE_MM = 27
 
 

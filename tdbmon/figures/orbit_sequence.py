@@ -7,23 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Arc, Circle
 
+from tdbmon.figures.orbit_axes import frame_orbit, keyphasor_dots, orbit_axes
 from tdbmon.figures.style import (
-    BLACK,
     BLUE,
     GREEN,
-    GREY,
-    PURPLE,
     TITLE_LETTERS,
     UM,
     VERMILION,
     Margins,
-    centre_of,
     clipped,
     legend_below,
     new_figure,
-    released,
     said,
     say,
     styled,
@@ -35,7 +30,6 @@ if TYPE_CHECKING:
 
 _PANELS = 6
 _PANEL_MM, _DOWN_MM = {1: 36.0, 2: 26.5}, 18.0  # of one row of panels, and of two
-_SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
 _WHIRL_TURNS = 4  # of the longest whirl: more lie over each other
 _DENSE = 500  # samples, beyond which the line is drawn as an image
 
@@ -64,10 +58,10 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
         return []
     time = analysis.planes.time.to_numpy()
     first, last = float(time[0]), float(time[-1])
-    release = released(analysis)
+    release = analysis.released
     begin = first if release is None else release
     result = analysis.ends[end]
-    events = result.contacts.events if result.contacts is not None else ()
+    events = result.events
     settled = result.gap.settled_from if result.gap is not None else None
     spans = []
     if len(events) > 1:
@@ -121,9 +115,7 @@ def _standstill(analysis: Analysis, last: float) -> float:
 
 def _orbit(ax: Axes, analysis: Analysis, end: str, name: str, start: float, stop: float) -> None:
     planes = analysis.planes
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("x (right) [µm]")
-    ax.set_ylabel("y (up) [µm]")
+    orbit_axes(ax)
     if planes is None:
         say(ax, "no displacement")
         return
@@ -147,53 +139,6 @@ def time_span(start: float, stop: float) -> str:
     return f"{start:.{digits}f} to {stop:.{digits}f} s"
 
 
-def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
-    """Clearance circle, rotation arrow and limits; returns whether the panel is magnified."""
-    gap = analysis.ends[end].gap
-    centre = centre_of(analysis, end) * UM
-    if gap is not None:
-        radius, label = gap.size * UM, "clearance circle"
-    else:
-        radius, label = (
-            analysis.machine.bearing(end).radial_gap.nominal * UM,
-            "gap of the drawing about the probes' zero",
-        )
-    ax.add_patch(Circle(tuple(centre), radius, fill=False, color=BLACK, linewidth=0.9, label=label))
-    ax.plot(*centre, "+", color=BLACK, markersize=5)
-    low, high = np.nanmin(xy, axis=1), np.nanmax(xy, axis=1)
-    size = float(np.max(high - low))
-    magnified = size < _SMALL * 2 * radius
-    if magnified:
-        middle, reach = (low + high) / 2, max(0.7 * size, 1e-3)
-    else:
-        middle, reach = centre, max(1.12 * radius, 1.05 * float(np.nanmax(np.abs(xy - centre[:, None]))))
-    ax.set_xlim(middle[0] - reach, middle[0] + reach)
-    ax.set_ylim(middle[1] - reach, middle[1] + reach)
-    rotation_arrow(ax, analysis.machine.sense, middle + 0.72 * reach, 0.16 * reach)
-    return magnified
-
-
-def rotation_arrow(ax: Axes, sense: int, at: np.ndarray, radius: float) -> None:
-    """Draw an arc with an arrowhead: which way the rotor turns."""
-    ax.add_patch(Arc(tuple(at), 2 * radius, 2 * radius, theta1=-60, theta2=200, color=GREY, linewidth=1.1))
-    tip = np.deg2rad(200.0 if sense > 0 else -60.0)
-    point = at + radius * np.array([np.cos(tip), np.sin(tip)])
-    along = sense * np.array([-np.sin(tip), np.cos(tip)])
-    ax.annotate(
-        "",
-        tuple(point + 0.35 * radius * along),
-        tuple(point - 0.05 * radius * along),
-        arrowprops={
-            "arrowstyle": "-|>",
-            "color": GREY,
-            "linewidth": 1.1,
-            "mutation_scale": 7,
-            "shrinkA": 0,
-            "shrinkB": 0,
-        },
-    )
-
-
 def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> bool:
     """A dot where the keyphasor passed: the shaft's angle is that of its mark; False where its pulses are missing."""
     if analysis.angle is None or analysis.planes is None:
@@ -207,5 +152,5 @@ def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> bool
     if passed.size:
         share = (whole[passed + 1] - turns[passed]) / (turns[passed + 1] - turns[passed])
         dots = xy[:, passed] + share * (xy[:, passed + 1] - xy[:, passed])
-        ax.plot(*dots, "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor")
+        keyphasor_dots(ax, dots)
     return not np.isnan(turns).all()

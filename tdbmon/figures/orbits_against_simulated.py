@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
-from tdbmon.figures.orbit_sequence import rotation_arrow
+from tdbmon.figures.orbit_axes import circle, orbit_axes, rotation_arrow, show_about
 from tdbmon.figures.style import BLACK, MEASURED, UM, VERMILION, Margins, legend_below, new_figure, styled, subplots
 
 if TYPE_CHECKING:
@@ -42,16 +41,13 @@ def orbits_against_simulated(found: Agreement, sense: int, runout: str) -> Figur
 
 
 def _orbit(ax: Axes, end: EndAgreement, inside: np.ndarray, sense: int) -> None:
-    ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel("x (right) [µm]")
-    ax.set_ylabel("y (up) [µm]")
+    orbit_axes(ax)
     for path, colour, width, words in (
         (end.measured, MEASURED, 2.0, "measured"), (end.simulated, VERMILION, 0.8, "simulated")
     ):  # fmt: skip
         ax.plot(*(path[:, inside] * UM), color=colour, linewidth=width, label=words, rasterized=True)
-    ax.add_patch(Circle((0.0, 0.0), end.gap * UM, fill=False, color=BLACK, linewidth=0.9, label="clearance circle"))
+    circle(ax, (0.0, 0.0), end.gap * UM, label="clearance circle")
     ax.plot(0, 0, "+", color=BLACK, markersize=5)
     reach = 1.08 * max(end.gap, float(np.nanmax(np.abs(end.measured))), float(np.abs(end.simulated).max())) * UM
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
-    rotation_arrow(ax, sense, np.array([0.72, 0.72]) * reach, 0.16 * reach)
+    show_about(ax, (0.0, 0.0), reach)
+    rotation_arrow(ax, sense, (0.0, 0.0), reach)

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.figures.drop_names import short_names
+from tdbmon.figures.orbit_axes import orbit_axes, show_about
 from tdbmon.figures.style import (
-    AXIS_WORD,
     BLACK,
     BLUE,
     GREY,
@@ -120,8 +120,6 @@ def force_against_place(
             if strongest
             else f"{title}: no force passes its band"
         )
-        orbit.set_xlabel(f"{AXIS_WORD['x']} [µm]")
-        orbit.set_ylabel(f"{AXIS_WORD['y']} [µm]")
         angle.set_title(f"{title}: ● outwards   ✕ counter-clockwise")
         angle.axhline(0, color=GREY, linewidth=0.6)
         angle.set_xlim(-180, 180)
@@ -155,7 +153,5 @@ def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:
 def _clearance(ax: Axes, gap: float, furthest: float) -> None:
     turn = np.exp(1j * np.linspace(0, 2 * np.pi, 121)) * gap * UM
     ax.plot(turn.real, turn.imag, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)))
-    reach = 1.1 * max(1.2 * gap, furthest) * UM
-    ax.set_xlim(-reach, reach)
-    ax.set_ylim(-reach, reach)
-    ax.set_aspect("equal")
+    show_about(ax, (0.0, 0.0), 1.1 * max(1.2 * gap, furthest) * UM)
+    orbit_axes(ax)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from matplotlib.figure import Figure
 
+from tdbmon.diagnosis.evidence import PLAIN
 from tdbmon.figures.drop_names import short_names
-from tdbmon.figures.measured_against_simulated import PLAIN
 from tdbmon.figures.style import (
     BLUE,
     GREY,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import wraps
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec
@@ -16,12 +16,14 @@ from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator
 
+from tdbmon.quantity import raised
 from tdbmon.record.slow_roll import runout_words
 
 if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
 
     from tdbmon.analysis.result import Analysis
+    from tdbmon.estimate import Estimate
 
 P = ParamSpec("P")
 
@@ -37,7 +39,6 @@ _LETTER_PT = 4.4  # mean width of a letter of figures' words
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
-_RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 GREY, LIGHT = "#666666", "#DDDDDD"
 _DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY, SKY, BLACK)
 _DROP_LINES = ("-", "--", "-.")
@@ -194,6 +195,12 @@ def drop_axis(ax: Axes, drops: int, most: int) -> None:
     ax.set_xlim(0.4, drops + 0.6)
 
 
+def interval_bar(ax: Axes, at: float, estimate: Estimate, factor: float, shift: float = 0.0, **look: Any) -> None:
+    """Draw the 95 % interval of an estimate upright, where it has one, in its own unit less a shift in that."""
+    if estimate.low is not None and estimate.high is not None:
+        ax.plot([at, at], [estimate.low * factor - shift, estimate.high * factor - shift], **look)
+
+
 def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
     """Mark at the lower edge that a drop does not tell what its neighbours do; each series of the axes at its own `place`."""
     ax.plot(
@@ -224,7 +231,7 @@ def name_between(axis: Axis) -> None:
 
 def _power(value: float, _: int) -> str:
     """Return a power of ten as text."""
-    return "10" + str(round(math.log10(value))).translate(_RAISED) if value > 0 else ""
+    return f"10{raised(round(math.log10(value)))}" if value > 0 else ""
 
 
 def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
@@ -236,12 +243,15 @@ def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
 
 def said(analysis: Analysis, *more: str) -> str:
     """Say at which plane displacement was drawn, how it was filtered, and whether runout was taken off."""
-    planes = {end: result.plane for end, result in analysis.ends.items() if result.seen}
-    if set(planes.values()) == {"bearing"}:
-        where = "at the bearing planes"
-    else:
-        where = ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
+    where = plane_words({end: result.plane for end, result in analysis.ends.items() if result.seen})
     return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), runout_words(analysis.checks)])
+
+
+def plane_words(planes: Mapping[str, str]) -> str:
+    """Return at which plane of each end displacement is drawn."""
+    if set(planes.values()) == {"bearing"}:
+        return "at the bearing planes"
+    return ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
 
 
 def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
@@ -307,11 +317,6 @@ def say(ax: Axes, words: str) -> None:
 def circled_ends(analysis: Analysis) -> list[str]:
     """Ends whose clearance circle is known."""
     return [end for end in analysis.seen_ends if has_circle(analysis, end)]
-
-
-def released(analysis: Analysis) -> float | None:
-    """Instant of the release, s; None where it is not known."""
-    return None if analysis.release is None else analysis.release.time.value
 
 
 def has_circle(analysis: Analysis, end: str) -> bool:

@@ -22,7 +22,6 @@ from tdbmon.figures.style import (
     mark_phases,
     name_axis,
     new_figure,
-    released,
     said,
     styled,
     subplots,
@@ -60,11 +59,11 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     for i, end in enumerate(ends):
         for j, axis in enumerate(("y", "x")):
             ax = axes[2 * i + j]
-            values = planes.displacement.sel(end=end, axis=axis).to_numpy()[inside]
+            values = planes.displacement.sel(end=end, axis=axis).to_numpy()[inside] * UM
             ax.set_xlim(start, stop)
             mark_phases(ax, analysis, names=i == j == 0)
             ax.plot(
-                *_scaled(envelope_line(time[inside], values, _BINS)),
+                *envelope_line(time[inside], values, _BINS),
                 color=AXIS_COLOUR[axis],
                 linewidth=0.7,
                 rasterized=len(values) > 1200,
@@ -85,10 +84,6 @@ def shows_touches(start: float, stop: float) -> bool:
     return stop - start < _TOUCHES_S
 
 
-def _scaled(line: tuple[np.ndarray, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    return line[0], line[1] * UM
-
-
 def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
     """Draw how far the shaft centre can go along this axis before it touches, about the clearance centre."""
     gap = analysis.ends[end].gap
@@ -100,13 +95,10 @@ def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
 
 
 def _events(ax: Axes, analysis: Analysis, end: str, start: float, stop: float) -> None:
-    release = released(analysis)
+    release = analysis.released
     if release is not None and start <= release <= stop:
         ax.axvline(release, color=GREY, linewidth=0.8, label="release")
-    contacts = analysis.ends[end].contacts
-    if contacts is None:
-        return
-    shown = [c for c in contacts.events if start <= c.start <= stop]
+    shown = [c for c in analysis.ends[end].events if start <= c.start <= stop]
     if shown and shows_touches(start, stop):
         ax.plot(
             [c.start for c in shown],

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from tdbmon.estimate import OUTSIDE
-from tdbmon.figures.drop_names import drop_names, end_columns
+from tdbmon.figures.drop_names import drop_names, drops_label, end_columns
 from tdbmon.figures.style import (
     BLACK,
     BLUE,
@@ -20,6 +20,7 @@ from tdbmon.figures.style import (
     ORANGE,
     SKY,
     Margins,
+    interval_bar,
     new_figure,
     not_told,
     styled,
@@ -53,7 +54,7 @@ def trends(comparison: Comparison, shown: list[Change]) -> Figure:
         drop_names(ax, entries, _NAMED)
         if change.kind.name == "gap_um":
             _limit(ax, change, comparison.settings.inspect.gap_growth)
-    end_columns(axes, len(shown), entries)
+    end_columns(axes, len(shown), drops_label(entries))
     return figure
 
 
@@ -65,8 +66,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     values = np.array([e.value for _, e in series], float) * factor
     for x, value, (drop, e) in zip(at, values, series, strict=True):
         colour = ORANGE if drop == current else BLUE
-        if e.low is not None and e.high is not None:
-            ax.plot([x, x], [e.low * factor, e.high * factor], color=ORANGE if drop == current else SKY, linewidth=1.2)
+        interval_bar(ax, x, e, factor, color=ORANGE if drop == current else SKY, linewidth=1.2)
         ax.plot(x, value, "o", color=colour, markersize=3.5, zorder=3)
     if change.estimate.value is None:
         not_told(ax, place[current], "o")

@@ -19,7 +19,8 @@ from tdbmon.history.filing import Filing
 from tdbmon.history.matching import assembly_remarks, clock_remarks, counts, doubts
 from tdbmon.history.study import Order
 from tdbmon.json_file import say, write_json
-from tdbmon.progress import Progress
+from tdbmon.output_file import check_outputs
+from tdbmon.progress import on_terminal
 from tdbmon.quantity import counted
 from tdbmon.record.quality import same_name
 
@@ -36,21 +37,22 @@ def add(
     workers: int,
     scheduler: str,
     json_file: Path | None,
-    tell: Progress,
 ) -> int:
     """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
     from tdbsim.machine import load_machine
 
+    check_outputs([json_file], [machine, *records])
     if dropped:
         _check_time(dropped, len(records))
     load_machine(machine)
     archive = open_archive(folder, create=True)
     orders = [Order(machine, record, forces=forces, assembly=assembly, dropped=dropped) for record in records]
     outcomes = []
-    for outcome in add_all(archive, orders, workers, scheduler, tell, again):
-        outcomes.append(outcome)
-        if not outcome.failed:
-            typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
+    with on_terminal() as tell:
+        for outcome in add_all(archive, orders, workers, scheduler, tell, again):
+            outcomes.append(outcome)
+            if not outcome.failed:
+                typer.echo(f"{outcome.drop}  {outcome.state:<16}{outcome.record.name}")
     for line in _failures(outcomes):
         _warn(line)
     of_machine = cache(archive.entries)

@@ -17,7 +17,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history import catalogue
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
-from tdbmon.history.feature import Feature
+from tdbmon.history.feature import Feature, Key
 from tdbmon.history.matching import doubts
 from tdbmon.history.speed_class import same_speed
 
@@ -50,7 +50,7 @@ _KINDS = (
     _Kind("stated speed over that of the keyphasor", ("keyphasor_ratio",), 1e-3),
 )
 _NAMES = {name for kind in _KINDS for name in kind.features}
-_Values = dict[tuple[str, str], Estimate]  # by name and end
+_Values = dict[Key, Estimate]
 
 
 @dataclass(frozen=True)
@@ -63,13 +63,13 @@ class Likeness:
         The kinds of which the drop and three earlier ones at least have a value.
     far : tuple of str
         Those in which it lies far outside of all of them.
-    where : tuple of (str, str)
-        The features of these that do, by name and end.
+    where : tuple of Key
+        The features of these that do.
     """
 
     compared: tuple[str, ...]
     far: tuple[str, ...]
-    where: tuple[tuple[str, str], ...]
+    where: tuple[Key, ...]
 
     @property
     def strange(self) -> bool:
@@ -113,7 +113,7 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
 
 def _telling(features: Iterable[Feature]) -> _Values:
     """Return what tells machines apart of a drop's features."""
-    return {(f.name, f.end): f.estimate for f in features if f.name in _NAMES}
+    return {f.key: f.estimate for f in features if f.name in _NAMES}
 
 
 def _held_against(entry: Entry, mine: _Values, earlier: list[tuple[Entry, _Values]], tolerance: float) -> Likeness:
@@ -137,5 +137,5 @@ def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None
         return None
     low, high = values[0], values[-1]
     least = kind.least * (abs(values[len(values) // 2]) if kind.relative else 1.0)
-    own = 0.0 if mine.low is None or mine.high is None else (mine.high - mine.low) / 2
+    own = (mine.width or 0.0) / 2
     return max(low - mine.value, mine.value - high) > _FAR * max(high - low, least) + own

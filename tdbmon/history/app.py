@@ -8,8 +8,6 @@ from typing import Annotated
 import typer
 
 from tdbmon.arguments import JsonFile, MachineFile, Reports
-from tdbmon.progress import on_terminal
-from tdbmon.report_file import report_writers
 
 archive_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="File drops over years, and look them up.")
 DropID = Annotated[
@@ -49,23 +47,19 @@ def archive_add(
 ) -> None:
     """Analyse drops and file them; what is filed already is passed over."""
     from tdbmon.history import adding
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file], [machine, *records])
-    with on_terminal() as tell:
-        code = adding.add(
-            archive,
-            machine,
-            records,
-            forces=forces,
-            assembly=assembly,
-            dropped=dropped,
-            again=again,
-            workers=workers,
-            scheduler=scheduler,
-            json_file=json_file,
-            tell=tell,
-        )
+    code = adding.add(
+        archive,
+        machine,
+        records,
+        forces=forces,
+        assembly=assembly,
+        dropped=dropped,
+        again=again,
+        workers=workers,
+        scheduler=scheduler,
+        json_file=json_file,
+    )
     raise typer.Exit(code)
 
 
@@ -77,9 +71,7 @@ def archive_list(
 ) -> None:
     """List the drops in the order of their fall."""
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file], [])
     command.list_drops(archive, machine, json_file)
 
 
@@ -87,9 +79,7 @@ def archive_list(
 def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = None) -> None:
     """Show what is filed of one drop."""
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file], [])
     command.show(archive, drop, json_file)
 
 
@@ -101,11 +91,8 @@ def archive_verify(
 ) -> None:
     """Check every file against what was filed, and the catalogue against the files."""
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file], [])
-    with on_terminal() as tell:
-        command.verify(archive, rebuild, json_file, tell)
+    command.verify(archive, rebuild, json_file)
 
 
 @archive_app.command("remove")
@@ -123,9 +110,7 @@ def archive_export(
 ) -> None:
     """Write the features of all drops as a table for other tools."""
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([out], [])
     command.export(archive, out)
 
 
@@ -141,15 +126,9 @@ def archive_report(
     json_file: JsonFile = None,
 ) -> None:
     """Report a machine over all its drops, or the fleet, worst first."""
-    writers = report_writers(report)
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file, *(report or [])], [])
-    with on_terminal() as tell:
-        code = command.report(archive, drop, machine, fail_on=fail_on, json_file=json_file, writers=writers, tell=tell)
-    for path in report or []:
-        typer.echo(f"report: {path}")
+    code = command.report(archive, drop, machine, fail_on=fail_on, json_file=json_file, reports=report or [])
     raise typer.Exit(code)
 
 
@@ -163,22 +142,9 @@ def compare(
     report: Reports = None,
 ) -> None:
     """Say whether a drop differs from those before it, in what, and what that means."""
-    writers = report_writers(report)
     from tdbmon.history import command
-    from tdbmon.output_file import check_outputs
 
-    check_outputs([json_file, *(report or [])], [machine, Path(drop) if drop else None])
-    with on_terminal() as tell:
-        code = command.compare(
-            archive,
-            drop,
-            machine=machine,
-            forces=forces,
-            fail_on=fail_on,
-            json_file=json_file,
-            writers=writers,
-            tell=tell,
-        )
-    for path in report or []:
-        typer.echo(f"report: {path}")
+    code = command.compare(
+        archive, drop, machine=machine, forces=forces, fail_on=fail_on, json_file=json_file, reports=report or []
+    )
     raise typer.Exit(code)

@@ -24,13 +24,13 @@ from typing import Literal
 from tdbsim.errors import InputError, did_you_mean
 
 from tdbmon.history import catalogue
-from tdbmon.history.catalogue import Entry
+from tdbmon.history.catalogue import Entry, Result
 from tdbmon.history.filing import Filing, raw_place
 from tdbmon.history.place import put, sweep, writable
 from tdbmon.history.result_file import read_result, result_bytes
 from tdbmon.history.settings import SETTINGS, Settings, first_settings, load_settings, machines_stated
 from tdbmon.history.twin import at_same_instant, read_and_laid, twin_of
-from tdbmon.quantity import moment
+from tdbmon.quantity import first_few, moment
 from tdbmon.sha256 import sha256_of
 
 _FEW = 5  # drops of one name that a message lists
@@ -87,11 +87,8 @@ class Archive:
             if len(found) == 1:
                 return found[0]
             if found:
-                several = ", ".join(f"{entry.id} of {entry.machine}" for entry in found[:_FEW])
-                more = f" and {len(found) - _FEW} more" if len(found) > _FEW else ""
-                raise InputError(
-                    f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}{more}"
-                )
+                several = first_few([f"{entry.id} of {entry.machine}" for entry in found], _FEW)
+                raise InputError(f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}")
             some = [each for row in base.execute("SELECT id, raw_name FROM drops") for each in row]
         near = did_you_mean(drop, some)
         shown = (
@@ -106,7 +103,7 @@ class Archive:
 
     def machine_file(self, drop: str) -> Path:
         """Return the machine file that a drop's current result was made with."""
-        return self.folder / "machines" / f"{self._current(drop)[0]}.toml"
+        return self.folder / "machines" / f"{self.result(drop).machine_sha256}.toml"
 
     def ends(self, drop: str) -> tuple[str, ...]:
         """Return the names of the touchdown bearings as in a drop's machine file; none where that is lost or damaged."""
@@ -118,17 +115,12 @@ class Archive:
 
     def filing(self, drop: str) -> Filing:
         """Return a drop's current result from its file."""
-        return read_result(self.folder / self._current(drop)[1])
+        return read_result(self.folder / self.result(drop).file)
 
-    def _current(self, drop: str) -> tuple[str, str]:
-        """Return the SHA-256 of the machine file that a drop's current result was made with, and the result's file."""
+    def result(self, drop: str) -> Result:
+        """Return what the catalogue has of a drop's current result."""
         with catalogue.reading(self.catalogue) as base:
-            row = base.execute(
-                "SELECT r.machine_sha256, r.file FROM results r JOIN drops d ON d.result = r.id WHERE d.id = ?", (drop,)
-            ).fetchone()
-        if row is None:
-            raise InputError(f"{self.folder}: no drop '{drop}'")
-        return str(row[0]), str(row[1])
+            return catalogue.result(base, drop)
 
     def drop_of(self, sha256: str) -> Entry | None:
         """Return the drop of a raw file, or None where it is not filed."""
@@ -142,29 +134,13 @@ class Archive:
 
     def sound(self, entry: Entry) -> bool:
         """Return whether a drop's raw file and the result that counts are as they were filed."""
-        with catalogue.reading(self.catalogue) as base:
-            (result,) = base.execute("SELECT file FROM results WHERE id = ?", (entry.result,)).fetchone()
-            return self._whole(base, entry.raw, entry.sha256, result)
-
-    def maker(self, entry: Entry) -> tuple[str, str]:
-        """Return the version of the program and the SHA-256 of the machine file that made the result that counts."""
-        with catalogue.reading(self.catalogue) as base:
-            return catalogue.maker(base, entry.result)
-
-    def overtaken(self, entry: Entry, version: str, machine_sha256: str) -> bool:
-        """Return whether a drop's result that counts is by the same version and another machine file, which came later."""
-        with catalogue.reading(self.catalogue) as base:
-            return _overtaken(base, entry, version, machine_sha256)
-
-    def has_forces(self, entry: Entry) -> bool:
-        """Return whether a drop's current result was made with forces."""
-        with catalogue.reading(self.catalogue) as base:
-            return catalogue.has_forces(base, entry.result)
+        result = self.result(entry.id)
+        return self._holds(result.file, result.file_sha256) and self._holds(entry.raw, entry.sha256)
 
     def forces_before(self, entry: Entry) -> str:
         """Return the version that made a drop's newest result with forces, where its current one has none; "" otherwise."""
         with catalogue.reading(self.catalogue) as base:
-            if catalogue.has_forces(base, entry.result):
+            if catalogue.result(base, entry.id).forces:
                 return ""
             found = base.execute("SELECT version FROM results WHERE drop_id = ? AND forces", (entry.id,))
             return max((str(row[0]) for row in found), key=catalogue.version_key, default="")
@@ -198,7 +174,9 @@ class Archive:
                 filing = replace(filing, raw_name=before[0].raw_name, first=before[0].filed)
             else:
                 self._refuse_twin(base, filing, raw, machine)
-            overtaken = bool(before) and _overtaken(base, before[0], filing.version, filing.machine_sha256)
+            overtaken = bool(before) and catalogue.result(base, filing.drop).overtakes(
+                filing.version, filing.machine_sha256
+            )
             if self._whole(base, in_raw, filing.sha256, result_place) and not overtaken:
                 return "already filed"
             again = base.execute("SELECT filed FROM results WHERE file = ?", (result_place,)).fetchone()
@@ -206,7 +184,8 @@ class Archive:
                 filing = replace(filing, filed=again[0])
             self._copy(raw, in_raw, filing.sha256)
             self._copy(machine, machine_place, filing.machine_sha256)
-            put(self.folder, self.folder / result_place, lambda part: _write(part, result_bytes(filing)))
+            content = result_bytes(filing)
+            put(self.folder, self.folder / result_place, lambda part: part.write_bytes(content))
             catalogue.insert(base, filing, in_raw, result_place, sha256_of(self.folder / result_place))
         return "analysed again" if before else "filed"
 
@@ -304,12 +283,3 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
 
     bring_up_to_date(archive, create)
     return archive
-
-
-def _overtaken(base: sqlite3.Connection, entry: Entry, version: str, machine_sha256: str) -> bool:
-    made_by, machine = catalogue.maker(base, entry.result)
-    return made_by == version and machine != machine_sha256
-
-
-def _write(path: Path, content: bytes) -> None:
-    path.write_bytes(content)

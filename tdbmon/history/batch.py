@@ -141,20 +141,23 @@ def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Pa
         return Outcome(order.record, entry.id, "failed", str(error))
     if why := _restated(archive, entry, order):
         return Outcome(order.record, entry.id, "failed", why)
-    version, own = archive.maker(entry)
-    has_forces = archive.has_forces(entry)
-    forces = has_forces if order.forces is None else order.forces
+    result = archive.result(entry.id)
+    forces = result.forces if order.forces is None else order.forces
     wanted = replace(order, forces=forces, assembly=entry.assembly, dropped=entry.dropped)
     if again:
         filed = any(archive.has(entry, each) for each in satisfying_names(__version__, machine, forces))
-        passed_over = filed and not archive.overtaken(entry, __version__, machine)
+        passed_over = filed and not result.overtakes(__version__, machine)
         return Outcome(order.record, entry.id, "already filed") if passed_over else wanted
     if not archive.sound(entry):
         place = archive.machine_file(entry.id)
-        return replace(wanted, machine=place) if place.exists() and sha256_of(place) == own else wanted
-    if forces and not has_forces and own == machine:
+        return (
+            replace(wanted, machine=place) if place.exists() and sha256_of(place) == result.machine_sha256 else wanted
+        )
+    other_machine = result.machine_sha256 != machine
+    if forces and not result.forces and not other_machine:
         return wanted
-    otherwise = ["with another machine file"] * (own != machine) + [f"by tdbmon {version}"] * (version != __version__)
+    otherwise = ["with another machine file"] * other_machine
+    otherwise += [f"by tdbmon {result.version}"] * (result.version != __version__)
     return Outcome(order.record, entry.id, "already filed", otherwise=tuple(otherwise))
 
 
@@ -184,7 +187,7 @@ def _filed(archive: Archive, found: Filing, order: Order) -> Outcome:
     entry = archive.drop_of(found.sha256)
     before, own = None, ""
     if entry is not None:
-        own = archive.maker(entry)[1]
+        own = archive.result(entry.id).machine_sha256
         with suppress(InputError):  # its result file is damaged
             before = archive.filing(entry.id)
     state = archive.add(found, order.record, order.machine)
@@ -225,10 +228,10 @@ def _studies(
                     )
 
 
-def _attempt(order: Order, progress: Progress | None = None) -> Filing | str:
+def _attempt(order: Order, progress: Progress = silent) -> Filing | str:
     """Study a record; an input that cannot be used is a text, so that the other records go on."""
     try:
-        return study(order) if progress is None else study(order, progress)
+        return study(order, progress)
     except InputError as error:
         return str(error)
 

@@ -15,7 +15,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from tdbsim.errors import InputError
 
@@ -59,6 +59,7 @@ CREATE VIEW features AS
 """
 
 
+# in the order of `Entry`
 _COLUMNS = (
     "id, sha256, raw, raw_name, machine, assembly, dropped, moment, filed, speed_hz, synthetic, failed_checks, result"
 )
@@ -118,6 +119,31 @@ class Entry:
         return self.moment, self.filed, self.id
 
 
+@dataclass(frozen=True)
+class Result:
+    """A result of a drop.
+
+    Attributes
+    ----------
+    file, file_sha256 : str
+        Its file in the archive.
+    version, machine_sha256 : str
+        Of the program and of the machine file that made it.
+    forces : bool
+        Made with forces.
+    """
+
+    file: str
+    file_sha256: str
+    version: str
+    machine_sha256: str
+    forces: bool
+
+    def overtakes(self, version: str, machine_sha256: str) -> bool:
+        """Return whether it is by this version and another machine file, and so made after the result of these."""
+        return self.version == version and self.machine_sha256 != machine_sha256
+
+
 @contextmanager
 def writing(path: Path) -> Iterator[sqlite3.Connection]:
     """Hold the catalogue for one writer; all it did is there afterwards, or nothing of it.
@@ -154,14 +180,10 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
         if not path.exists():
             raise InputError(f"{path}: no catalogue; 'tdbmon archive verify --rebuild' makes it from the result files")
         try:
-            base = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode=rw", uri=True, timeout=_WAIT_S, isolation_level=None
-            )
+            base = _connection(path, "rw")
             base.execute("SELECT 1 FROM sqlite_master")
         except sqlite3.OperationalError:
-            base = sqlite3.connect(
-                f"{path.resolve().as_uri()}?mode=ro", uri=True, timeout=_WAIT_S, isolation_level=None
-            )
+            base = _connection(path, "ro")
         try:
             base.execute("BEGIN")
             _version(base, path)
@@ -181,9 +203,9 @@ def version_of(path: Path) -> int:
     if not path.exists():
         return 0
     with _told(path):
-        base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro", uri=True)
+        base = _connection(path, "ro")
         try:
-            return int(base.execute("PRAGMA user_version").fetchone()[0])
+            return _user_version(base)
         finally:
             base.close()
 
@@ -275,15 +297,17 @@ def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Stre
     return {result: tuple(found) for result, found in rows.items()}
 
 
-def maker(base: sqlite3.Connection, result: int) -> tuple[str, str]:
-    """Return the version of the program and the SHA-256 of the machine file that made a result."""
-    row = base.execute("SELECT version, machine_sha256 FROM results WHERE id = ?", (result,)).fetchone()
-    return str(row[0]), str(row[1])
-
-
-def has_forces(base: sqlite3.Connection, result: int) -> bool:
-    """Return whether a result was made with forces."""
-    return bool(base.execute("SELECT forces FROM results WHERE id = ?", (result,)).fetchone()[0])
+def result(base: sqlite3.Connection, drop: str) -> Result:
+    """Return the result of a drop that counts (raises `InputError` where there is no such drop)."""
+    row = base.execute(
+        "SELECT r.file, r.file_sha256, r.version, r.machine_sha256, r.forces FROM results r JOIN drops d ON d.result = r.id"
+        " WHERE d.id = ?",
+        (drop,),
+    ).fetchone()
+    if row is None:
+        raise InputError(f"no drop '{drop}' is in the catalogue; 'tdbmon archive list' shows those that are filed")
+    file, file_sha256, version, machine_sha256, forces = row
+    return Result(file, file_sha256, version, machine_sha256, bool(forces))
 
 
 def version_key(version: str) -> tuple[int, ...]:
@@ -321,8 +345,16 @@ def _create(base: sqlite3.Connection) -> None:
     base.execute(f"PRAGMA user_version = {SCHEMA}")
 
 
+def _connection(path: Path, mode: Literal["rw", "ro"]) -> sqlite3.Connection:
+    return sqlite3.connect(f"{path.resolve().as_uri()}?mode={mode}", uri=True, timeout=_WAIT_S, isolation_level=None)
+
+
+def _user_version(base: sqlite3.Connection) -> int:
+    return int(base.execute("PRAGMA user_version").fetchone()[0])
+
+
 def _version(base: sqlite3.Connection, path: Path) -> int:
-    version = int(base.execute("PRAGMA user_version").fetchone()[0])
+    version = _user_version(base)
     if version > SCHEMA:
         raise InputError(
             f"{path}: catalogue of a newer tdbmon (schema {version}, this one has {SCHEMA}): update tdbmon"
@@ -331,22 +363,9 @@ def _version(base: sqlite3.Connection, path: Path) -> int:
 
 
 def _entry(row: tuple[Any, ...]) -> Entry:
-    fields = dict(zip(_COLUMNS.split(", "), row, strict=True))
-    return Entry(
-        id=fields["id"],
-        sha256=fields["sha256"],
-        raw_name=fields["raw_name"],
-        machine=fields["machine"],
-        assembly=fields["assembly"],
-        dropped=fields["dropped"],
-        filed=fields["filed"],
-        raw=fields["raw"],
-        moment=fields["moment"],
-        speed=fields["speed_hz"],
-        synthetic=bool(fields["synthetic"]),
-        failed_checks=tuple(json.loads(fields["failed_checks"])),
-        result=fields["result"],
-    )
+    *stated, synthetic, failed_checks, result = row
+    fields = (*stated, bool(synthetic), tuple(json.loads(failed_checks)), result)
+    return Entry(*fields)
 
 
 def _row(result: int | None, feature: Feature, wordings: dict[str, int]) -> tuple[object, ...]:

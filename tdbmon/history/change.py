@@ -14,7 +14,7 @@ from tdbmon.history.catalogue import Entry
 from tdbmon.history.correction import corrected
 from tdbmon.history.difference import LEAST_JUDGED, Difference, baseline, compare_value
 from tdbmon.history.drop import Drop
-from tdbmon.history.feature import KINDS, Feature, FeatureKind, in_order
+from tdbmon.history.feature import KINDS, Feature, FeatureKind, Key, in_order
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
 
@@ -70,6 +70,11 @@ class Change:
     drifts: bool
     why: str
     as_in: tuple[str, ...] = ()
+
+    @property
+    def key(self) -> Key:
+        """Name and end."""
+        return self.kind.name, self.end
 
     @property
     def flag(self) -> bool:
@@ -153,12 +158,12 @@ def changes_of(
     drop: Drop, matched: list[Entry], before: dict[int, tuple[Feature, ...]], settings: Settings
 ) -> tuple[Change, ...]:
     """Return every feature that a drop or the matching ones before have, given theirs by result; in the order of reports."""
-    mine = {(f.name, f.end): f.estimate for f in drop.features}
-    theirs: dict[tuple[str, str], list[tuple[str, Estimate]]] = {}
+    mine = {f.key: f.estimate for f in drop.features}
+    theirs: dict[Key, list[tuple[str, Estimate]]] = {}
     for entry in matched:
         for feature in before[entry.result]:
             if feature.estimate.known:
-                theirs.setdefault((feature.name, feature.end), []).append((entry.id, feature.estimate))
+                theirs.setdefault(feature.key, []).append((entry.id, feature.estimate))
     keys = [key for key in mine if key[0] in KINDS and (mine[key].known or key in theirs)]
     keys += [key for key in theirs if key not in mine and key[0] in KINDS]
     keys = in_order(keys, drop.ends)
@@ -167,10 +172,10 @@ def changes_of(
     numbers = {key: (*(place[drop] for drop, _ in theirs.get(key, [])), len(matched)) for key in keys}
     kept = _kept({key: (mine.get(key), theirs.get(key, [])) for key in keys}, numbers, settings)
     found = [_compared(key, mine.get(key), theirs.get(key, []), numbers[key], kept[key]) for key in keys]
-    drift_of = _together({_key(c): _order_p(c) for c in found if c.kind.judged}, settings)
+    drift_of = _together({c.key: _order_p(c) for c in found if c.kind.judged}, settings)
     found = [
-        _compared(_key(c), c.estimate, c.earlier, c.numbers, kept[_key(c)], level)
-        if drift_of.get(_key(c), 1.0) <= level
+        _compared(c.key, c.estimate, c.earlier, c.numbers, kept[c.key], level)
+        if drift_of.get(c.key, 1.0) <= level
         else c
         for c in found
     ]
@@ -178,11 +183,11 @@ def changes_of(
     p_of = {
         key: p
         for counts in (True, False)
-        for key, p in _together({_key(c): c.p for c in found if c.kind.judged == counts}, settings).items()
+        for key, p in _together({c.key: c.p for c in found if c.kind.judged == counts}, settings).items()
     }
     changes = []
     for change in found:
-        p, drift = p_of.get(_key(change)), drift_of.get(_key(change))
+        p, drift = p_of.get(change.key), drift_of.get(change.key)
         n = 0 if change.difference is None else change.difference.before.n
         off = p is not None and p <= level and n >= LEAST_JUDGED
         as_in = _as_in(change) if off and change.kind.two_forms else ()
@@ -200,15 +205,15 @@ def changes_of(
 
 
 def _kept(
-    series: dict[tuple[str, str], tuple[Estimate | None, Sequence[tuple[str, Estimate]]]],
-    numbers: dict[tuple[str, str], tuple[int, ...]],
+    series: dict[Key, tuple[Estimate | None, Sequence[tuple[str, Estimate]]]],
+    numbers: dict[Key, tuple[int, ...]],
     settings: Settings,
-) -> dict[tuple[str, str], NDArray[np.bool_]]:
+) -> dict[Key, NDArray[np.bool_]]:
     """Return which of the drops before are a measure for each feature: those that were not off when they came.
 
     Like flags, what counts towards the verdict and what does not are each corrected for their own number.
     """
-    kept: dict[tuple[str, str], NDArray[np.bool_]] = {}
+    kept: dict[Key, NDArray[np.bool_]] = {}
     for counts in (True, False):
         keys = [key for key in series if KINDS[key[0]].judged == counts and series[key][1]]
         drops = max((numbers[key][-1] for key in keys), default=0)
@@ -221,7 +226,7 @@ def _kept(
     return {key: kept.get(key, _NONE) for key in series}
 
 
-def _least(key: tuple[str, str], estimate: Estimate | None, earlier: Sequence[tuple[str, Estimate]]) -> float:
+def _least(key: Key, estimate: Estimate | None, earlier: Sequence[tuple[str, Estimate]]) -> float:
     """Return the smallest scatter that is believed of a feature."""
     kind = KINDS[key[0]]
     if not kind.relative:
@@ -229,10 +234,6 @@ def _least(key: tuple[str, str], estimate: Estimate | None, earlier: Sequence[tu
     # of drops all at nought, this one has the only size
     own = None if estimate is None else estimate.value
     return kind.least * (abs(float(np.median([e.value for _, e in earlier]))) or abs(own or 0.0))
-
-
-def _key(change: Change) -> tuple[str, str]:
-    return change.kind.name, change.end
 
 
 def _as_in(change: Change) -> tuple[str, ...]:
@@ -261,7 +262,7 @@ def _order_p(change: Change) -> float | None:
     return order_p(np.array([e.value for e in change.series], float)) if change.estimate.known else None
 
 
-def _together(p: dict[tuple[str, str], float | None], settings: Settings) -> dict[tuple[str, str], float]:
+def _together(p: dict[Key, float | None], settings: Settings) -> dict[Key, float]:
     """Return probabilities corrected for their number, by name and end; those that are not known are left out."""
     known = {key: each for key, each in p.items() if each is not None}
     return dict(zip(known, corrected(list(known.values()), settings.compare.correction), strict=True))
@@ -269,8 +270,8 @@ def _together(p: dict[tuple[str, str], float | None], settings: Settings) -> dic
 
 def untold_of(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Change, ...]:
     """Return the judged features without a value in the drop and in all those before, given how many these are."""
-    told = {(c.kind.name, c.end) for c in changes}
-    lacking = {(f.name, f.end): f.estimate for f in drop.features if f.name in KINDS and (f.name, f.end) not in told}
+    told = {c.key for c in changes}
+    lacking = {f.key: f.estimate for f in drop.features if f.name in KINDS and f.key not in told}
     return tuple(
         _compared(key, lacking[key], [], (number,), _NONE)
         for key in in_order(lacking, drop.ends)
@@ -279,7 +280,7 @@ def untold_of(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Cha
 
 
 def _compared(
-    key: tuple[str, str],
+    key: Key,
     estimate: Estimate | None,
     earlier: Sequence[tuple[str, Estimate]],
     numbers: tuple[int, ...],

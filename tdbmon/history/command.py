@@ -5,6 +5,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,12 +16,14 @@ from tdbsim.errors import InputError
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.json_file import say, write_json
-from tdbmon.progress import Progress
+from tdbmon.output_file import check_outputs
+from tdbmon.progress import Progress, on_terminal
 from tdbmon.quantity import counted, moment, printed
-from tdbmon.report_file import ReportWriter
+from tdbmon.report_file import check_reports, draw_reports
 
 if TYPE_CHECKING:
     from tdbmon.history.fleet import Member
+    from tdbmon.history.standing import Judged
     from tdbmon.report.document import Document
 
 
@@ -28,6 +32,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
     from tdbmon.history.contract import entry_json
     from tdbmon.history.matching import odd_clocks
 
+    check_outputs([json_file], [])
     entries = open_archive(folder).entries(machine)
     written = write_json(json_file, {"drops": [entry_json(e) for e in entries]})
     if not entries:
@@ -54,6 +59,7 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     from tdbmon.history.contract import entry_json
     from tdbmon.history.feature import KINDS
 
+    check_outputs([json_file], [])
     archive = open_archive(folder)
     entry = archive.entry(drop)
     filing = archive.filing(entry.id)
@@ -80,14 +86,16 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
     say(written)
 
 
-def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progress) -> int:
-    """Check the archive; return 2 where something is wrong that no repeated add mends by itself."""
+def verify(folder: Path, rebuild_it: bool, json_file: Path | None) -> None:
+    """Check the archive; raise `InputError` where something is wrong that no repeated add mends by itself."""
     from tdbmon.history import verify as check
 
-    archive = Archive(folder) if rebuild_it else open_archive(folder)
-    archive.settings()
-    faults = check.rebuild(archive, tell) if rebuild_it else []
-    faults += [fault for fault in check.verify(archive, tell) if fault not in faults]
+    check_outputs([json_file], [])
+    with on_terminal() as tell:
+        archive = Archive(folder) if rebuild_it else open_archive(folder)
+        archive.settings()
+        faults = check.rebuild(archive, tell) if rebuild_it else []
+        faults += [fault for fault in check.verify(archive, tell) if fault not in faults]
     wrong = [fault for fault in faults if not fault.harmless]
     rows = [{"file": f.file, "what": f.what, "harmless": f.harmless} for f in faults]
     written = write_json(json_file, {"sound": not wrong, "faults": rows})
@@ -98,7 +106,6 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None, tell: Progres
     say(written)
     if wrong:
         raise InputError(f"{folder}: {counted(len(wrong), 'fault')} found ({wrong[0].file}: {wrong[0].what})")
-    return 0
 
 
 def remove(folder: Path, drop: str) -> None:
@@ -111,6 +118,7 @@ def export(folder: Path, out: Path) -> None:
     """Write the features of all drops as a table."""
     from tdbmon.history.export import export as write
 
+    check_outputs([out], [])
     rows = write(open_archive(folder), out)
     typer.echo(f"{rows} features: {out}")
 
@@ -122,14 +130,15 @@ def report(
     *,
     fail_on: str,
     json_file: Path | None,
-    writers: list[ReportWriter],
-    tell: Progress,
+    reports: list[Path],
 ) -> int:
     """Report one drop, one machine, or the fleet; return 3 where an alarm of a machine stands and shall fail."""
     from tdbmon.history.contract import fleet_json
     from tdbmon.history.fleet import fleet
     from tdbmon.history.summary import fleet_lines
 
+    check_reports(reports)
+    check_outputs([json_file, *reports], [])
     _check_fail_on(fail_on)
     judging = bool(fail_on) or json_file is not None
     if drop and judging:
@@ -137,21 +146,18 @@ def report(
             "--drop reports one record, and --json and --fail-on are of machines: leave --drop out, or use"
             f" tdbmon compare --archive {folder} {drop}"
         )
-    if not writers and not judging:
+    if not reports and not judging:
         raise InputError("no --report file is named; write e.g. --report machine.html, or --json or --fail-on alarm")
     archive = open_archive(folder)
     names = archive.machines()
     if not names:
         raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
     machine = machine or (names[0] if len(names) == 1 else "")
-    members = fleet(archive, tell, machine) if judging or not (drop or machine) else []
+    with on_terminal() as tell:
+        members = fleet(archive, tell, machine) if judging or not (drop or machine) else []
     written = write_json(json_file, fleet_json(folder, members))
-    if writers:
-        document = _document(archive, drop, machine, members, tell)
-        tell("drawing the figures")
-        for write in writers:
-            write(document)
     say([*(fleet_lines(members) if judging else ()), *written])
+    draw_reports(reports, partial(_document, archive, drop, machine, members))
     return 3 if fail_on == "alarm" and any(member.verdict.alarm for member in members) else 0
 
 
@@ -200,8 +206,7 @@ def compare(
     forces: bool,
     fail_on: str,
     json_file: Path | None,
-    writers: list[ReportWriter],
-    tell: Progress,
+    reports: list[Path],
 ) -> int:
     """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
     from tdbmon.history.compare import compare as run
@@ -209,21 +214,22 @@ def compare(
     from tdbmon.history.standing import Judged, standing_beside
     from tdbmon.history.summary import comparison_lines
     from tdbmon.history.unfiled import drop_to_compare
-    from tdbmon.history.verdict import verdict_of
 
+    check_reports(reports)
+    check_outputs([json_file, *reports], [machine, Path(drop) if drop else None])
     _check_fail_on(fail_on)
-    archive = open_archive(folder)
-    tell("reading the drop")
-    comparison = run(archive, drop_to_compare(archive, drop, machine, forces, tell))
-    verdict = verdict_of(comparison)
-    standing = standing_beside(archive, Judged(comparison, verdict))
-    written = write_json(json_file, comparison_json(comparison, verdict, standing))
-    if writers:
-        from tdbmon.report.compare_report import build_compare_report
+    with on_terminal() as tell:
+        archive = open_archive(folder)
+        tell("reading the drop")
+        judged = Judged(run(archive, drop_to_compare(archive, drop, machine, forces, tell)))
+        standing = standing_beside(archive, judged)
+    written = write_json(json_file, comparison_json(judged, standing))
+    say([*comparison_lines(judged, standing), *written])
+    draw_reports(reports, lambda _: _comparison_document(judged, standing))
+    return 3 if fail_on == "alarm" and (judged.verdict.alarm or standing) else 0
 
-        tell("drawing the figures")
-        document = build_compare_report(comparison, verdict, standing)
-        for write in writers:
-            write(document)
-    say([*comparison_lines(comparison, verdict, standing), *written])
-    return 3 if fail_on == "alarm" and (verdict.alarm or standing) else 0
+
+def _comparison_document(judged: Judged, standing: Sequence[Judged]) -> Document:
+    from tdbmon.report.compare_report import build_compare_report
+
+    return build_compare_report(judged, standing)

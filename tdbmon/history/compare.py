@@ -123,9 +123,17 @@ class Comparison:
         """How many of the judged features are known of this drop and of fewer than three before."""
         return sum(c.kind.judged and c.difference is not None for c in self.changes) - self.telling
 
-    def level_of(self, change: Change) -> float:
-        """Return the probability below which a change is called off, corrected for how many are looked at with it."""
-        return self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
+    def detectable(self, change: Change) -> float | None:
+        """Return the smallest difference of a change that would be called off, corrected for how many are looked at with it.
+
+        None where none would.
+        """
+        level = self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
+        return None if change.difference is None else change.difference.detectable(level)
+
+    def drop_at(self, change: Change, index: int) -> str:
+        """Return the identifier of a drop that a change's trend goes over, by its place in it."""
+        return change.trend_drops(self.entry.id)[index]
 
     def _with_probability(self, *, judged: bool) -> int:
         return sum(c.kind.judged == judged and c.p_adjusted is not None for c in self.changes)
@@ -137,8 +145,8 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
     with catalogue.reading(archive.catalogue) as base:
         found = catalogue.features(base, [entry.result])[entry.result]
         boxes = catalogue.stress(base, [entry.result]).get(entry.result, ())
-        version, machine = catalogue.maker(base, entry.result)
-    filed = Drop(entry, found, boxes, version, machine, archive.ends(entry.id))
+        result = catalogue.result(base, entry.id)
+    filed = Drop(entry, found, boxes, result.version, result.machine_sha256, archive.ends(entry.id))
     if counts(entry):
         return filed
     filing = archive.filing(entry.id)
@@ -157,7 +165,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
     Returns
     -------
     Comparison
-        `tdbmon.history.verdict.verdict_of` judges it.
+        `tdbmon.history.standing.Judged` has the verdict on it.
     """
     settings = archive.settings(drop.entry.machine)
     wanted = conditions(drop.entry, settings)
@@ -243,8 +251,8 @@ def _settings_remarks(archive: Archive, machine: str) -> list[str]:
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:
     """How many drops were analysed by another version or with another machine file."""
-    mine = (drop.version, drop.machine_sha256)
-    return sum(catalogue.maker(base, entry.result) != mine for entry in matched)
+    results = (catalogue.result(base, entry.id) for entry in matched)
+    return sum((r.version, r.machine_sha256) != (drop.version, drop.machine_sha256) for r in results)
 
 
 def _least_probable_first(changes: Iterable[Change]) -> tuple[Change, ...]:

@@ -14,11 +14,11 @@ from tdbmon.history.filing import StressBox
 from tdbmon.history.fleet import Member
 from tdbmon.history.sight import Sight, sights
 from tdbmon.history.standing import Judged
-from tdbmon.history.verdict import Verdict
 
 
-def comparison_json(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> dict[str, Any]:
-    """Return a comparison as plain dictionaries, with the alarms of earlier drops that stand."""
+def comparison_json(judged: Judged, standing: Sequence[Judged] = ()) -> dict[str, Any]:
+    """Return a comparison with its verdict as plain dictionaries, with the alarms of earlier drops that stand."""
+    comparison, verdict = judged.comparison, judged.verdict
     wanted = comparison.conditions
     return {
         "verdict": verdict.word,
@@ -114,61 +114,61 @@ def _box(drop: str, box: StressBox) -> dict[str, Any]:
 
 
 def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
-    kind, found = change.kind, change.difference
-    factor = OUTSIDE[kind.unit]
-    before: dict[str, Any] = {
-        "n": len(change.earlier),
-        "centre": None,
-        "median": None,
-        "low": None,
-        "high": None,
-        "slope": None,
-    }
-    difference = Estimate.missing(kind.unit, change.why or "not compared")
-    detectable = None
-    if found is not None:
-        before["centre"] = factor * found.before.centre
-        before["median"] = factor * found.before.median
-        values = [e.value for each, e in change.earlier if e.value is not None and each not in change.left_out]
-        before["n"] = found.before.n
-        before["slope"] = None if found.before.slope is None else factor * found.before.slope
-        before["low"], before["high"] = factor * min(values), factor * max(values)
-        why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
-        difference = Estimate(
-            found.value, found.low, found.high, kind.unit, "drop less the centre of those before", why
-        )
-        smallest = found.detectable(comparison.level_of(change))
-        detectable = None if smallest is None else factor * smallest
-    trend = change.trend
-    no_trend = Estimate.missing(kind.unit, "a trend needs four drops")
-    point = None if trend is None or trend.change is None else trend.change
+    kind, factor, trend = change.kind, OUTSIDE[change.kind.unit], change.trend
+    smallest = comparison.detectable(change)
+    slope = Estimate.missing(kind.unit, "a trend needs four drops") if trend is None else trend.slope
     return {
         "name": kind.name,
         "end": change.end,
         "title": kind.title,
         "value": change.estimate.to_json(),
-        "before": before,
+        "before": _before(change),
         "left_out": list(change.left_out),
-        "difference": difference.to_json(),
+        "difference": _difference(change).to_json(),
         "p_adjusted": change.p_adjusted,
         "flag": change.flag,
         "noted": change.noted,
         "as_in": list(change.as_in),
-        "detectable": detectable,
-        "trend_per_drop": (no_trend if trend is None else trend.slope).to_json(),
+        "detectable": None if smallest is None else factor * smallest,
+        "trend_per_drop": slope.to_json(),
         "trend_p": None if trend is None else trend.p,
         "trend_p_adjusted": change.p_drift,
         "drifts": change.drifts,
-        "change_point": None
-        if point is None
-        else {
-            "drop": _drop_at(change, comparison, point.index),
-            "before": factor * point.before,
-            "after": factor * point.after,
-            "p": point.p,
-        },
+        "change_point": _change_point(change, comparison),
     }
 
 
-def _drop_at(change: Change, comparison: Comparison, index: int) -> str:
-    return change.trend_drops(comparison.entry.id)[index]
+def _before(change: Change) -> dict[str, Any]:
+    """Return number, centre and range of the drops that one is held against."""
+    if change.difference is None:
+        return {"n": len(change.earlier), **dict.fromkeys(("centre", "median", "low", "high", "slope"))}
+    before, factor = change.difference.before, OUTSIDE[change.kind.unit]
+    values = [e.value for each, e in change.earlier if e.value is not None and each not in change.left_out]
+    return {
+        "n": before.n,
+        "centre": factor * before.centre,
+        "median": factor * before.median,
+        "low": factor * min(values),
+        "high": factor * max(values),
+        "slope": None if before.slope is None else factor * before.slope,
+    }
+
+
+def _difference(change: Change) -> Estimate:
+    found, unit = change.difference, change.kind.unit
+    if found is None:
+        return Estimate.missing(unit, change.why or "not compared")
+    why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
+    return Estimate(found.value, found.low, found.high, unit, "drop less the centre of those before", why)
+
+
+def _change_point(change: Change, comparison: Comparison) -> dict[str, Any] | None:
+    if change.trend is None or change.trend.change is None:
+        return None
+    point, factor = change.trend.change, OUTSIDE[change.kind.unit]
+    return {
+        "drop": comparison.drop_at(change, point.index),
+        "before": factor * point.before,
+        "after": factor * point.after,
+        "p": point.p,
+    }

@@ -5,7 +5,7 @@ from __future__ import annotations
 from tdbmon.history.catalogue import speed_of
 from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
-from tdbmon.quantity import counted
+from tdbmon.quantity import counted, first_few
 
 _NAMED = 4  # quantities
 _MISSING = "present "  # check of a channel that is not found
@@ -24,10 +24,9 @@ def losses(before: Filing, after: Filing) -> tuple[str, ...]:
         found.append(f"{counted(len(channels), 'channel')} ({', '.join(channels)})")
     if others:
         found.append(f"{counted(len(others), 'check')} that it passed ({', '.join(others)})")
-    known = {(f.name, f.end) for f in after.features if f.estimate.known}
-    gone = [f for f in before.features if f.estimate.known and (f.name, f.end) not in known and f.name != "initial_hz"]
+    known = {f.key for f in after.features if f.estimate.known}
+    gone = [f for f in before.features if f.estimate.known and f.key not in known and f.name != "initial_hz"]
     if gone:
         titles = [KINDS[f.name].title_at(f.end) if f.name in KINDS else f"{f.name} {f.end}" for f in gone]
-        more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
-        found.append(f"{counted(len(gone), 'value')} ({'; '.join(titles[:_NAMED])}{more})")
+        found.append(f"{counted(len(gone), 'value')} ({first_few(titles, _NAMED, '; ')})")
     return tuple(found)

@@ -11,7 +11,7 @@ from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.common_slope import common_slope
 from tdbmon.history.common_step import common_step
-from tdbmon.history.feature import KINDS, Feature, in_order
+from tdbmon.history.feature import KINDS, Feature, Key, in_order
 from tdbmon.history.matching import doubts
 from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.standing import Judged, judge, standing
@@ -48,6 +48,11 @@ class Course:
     step_p: float | None
 
     @property
+    def key(self) -> Key:
+        """Name and end."""
+        return self.name, self.end
+
+    @property
     def title(self) -> str:
         """Name and end, as a report says it."""
         return KINDS[self.name].title_at(self.end)
@@ -78,15 +83,14 @@ class MachineHistory:
     courses: tuple[Course, ...]
 
     @property
-    def flagged(self) -> dict[tuple[str, str], tuple[str, ...]]:
+    def flagged(self) -> dict[Key, tuple[str, ...]]:
         """By feature and end, the identifiers of the drops in which it was flagged, of those whose records show the machine."""
-        found: dict[tuple[str, str], tuple[str, ...]] = {}
+        found: dict[Key, tuple[str, ...]] = {}
         for judged in self.judged:
             if doubts(judged.comparison.entry.failed_checks):
                 continue  # the courses are without it
             for change in judged.comparison.flagged:
-                key = (change.kind.name, change.end)
-                found[key] = (*found.get(key, ()), judged.comparison.entry.id)
+                found[change.key] = (*found.get(change.key, ()), judged.comparison.entry.id)
         return found
 
     @property
@@ -121,8 +125,8 @@ def _courses(
     entries: list[Entry], classes: list[int], features: list[tuple[Feature, ...]], ends: tuple[str, ...]
 ) -> list[Course]:
     levels = [(number, entry.assembly) for number, entry in zip(classes, entries, strict=True)]
-    drops: list[dict[tuple[str, str], Estimate]] = [
-        {} if doubts(entry.failed_checks) else {(f.name, f.end): f.estimate for f in found if f.estimate.known}
+    drops: list[dict[Key, Estimate]] = [
+        {} if doubts(entry.failed_checks) else {f.key: f.estimate for f in found if f.estimate.known}
         for entry, found in zip(entries, features, strict=True)
     ]
     courses = []

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
-from tdbmon.quantity import decapitalised
+from tdbmon.quantity import decapitalised, first_few
 
 _NAMED = 4  # quantities with one reason
 
@@ -39,17 +39,20 @@ def not_compared_count(comparison: Comparison) -> str:
 
 def named(changes: Sequence[Change]) -> str:
     """Return the names of some quantities within a sentence, of many the first few and how many more."""
-    titles = [decapitalised(change.kind.title) for change in changes]
-    more = f" and {len(titles) - _NAMED} more" if len(titles) > _NAMED else ""
-    return ", ".join(titles[:_NAMED]) + more
+    return first_few([decapitalised(change.kind.title) for change in changes], _NAMED)
 
 
 def _place(end: str) -> str:
     return f"at {end}" if end else "of the rotor"
 
 
-def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
+def by_reason(changes: Iterable[Change]) -> dict[str, list[Change]]:
+    """Return quantities that bear no comparison by the reason."""
     reasons: dict[str, list[Change]] = {}
     for change in changes:
         reasons.setdefault(change.why, []).append(change)
-    return [named(alike) + (f" ({why})" if why else "") for why, alike in reasons.items()]
+    return reasons
+
+
+def _with_reasons(changes: tuple[Change, ...]) -> list[str]:
+    return [named(alike) + (f" ({why})" if why else "") for why, alike in by_reason(changes).items()]

@@ -14,7 +14,7 @@ from tdbmon.atomic import whole
 INCOMING = "incoming"  # beside the final places, on the same disk, so that a rename moves a file whole
 
 
-def put(archive: Path, target: Path, write: Callable[[Path], None]) -> None:
+def put(archive: Path, target: Path, write: Callable[[Path], object]) -> None:
     """Write a file into `incoming`, force it to the disk, and rename it to its place.
 
     Raises

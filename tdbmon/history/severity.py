@@ -186,9 +186,9 @@ def _rms(size: NDArray[np.float64], noise: _Noise, independent: float) -> tuple[
 
 
 def _relative(estimate: Estimate) -> float:
-    if estimate.value is None or estimate.low is None or estimate.high is None:
+    if estimate.value is None or estimate.width is None:
         return 0.0
-    return (estimate.high - estimate.low) / 2 / Z95 / abs(estimate.value)
+    return estimate.width / 2 / Z95 / abs(estimate.value)
 
 
 def _stated(found: tuple[float, float, float], unit: float, share: float) -> Estimate:

@@ -76,7 +76,7 @@ def sight(comparison: Comparison, end: str) -> Sight:
     wear = [changes[name] for name in WEAR if name in changes]
     told = tuple(change for change in wear if len(change.earlier) >= LEAST_JUDGED)
     radius, place = usual_before(changes.get("gap_um")), place_before(changes)
-    growths = [g for c in wear if (g := _growth(c, comparison.level_of(c), radius, place)) is not None]
+    growths = [g for c in wear if (g := _growth(c, comparison.detectable(c), radius, place)) is not None]
     before = [c.difference.before for c in wear if c.difference is not None]
     drops, slope = max((each.n for each in before), default=0), any(each.slope is not None for each in before)
     growth, least, limit = min(growths, default=None), settings.compare.least_drops, settings.inspect.gap_growth
@@ -100,14 +100,16 @@ def place_before(changes: dict[str, Change]) -> tuple[float, float] | None:
     return found[0], found[1]
 
 
-def _growth(change: Change, level: float, radius: float | None, place: tuple[float, float] | None) -> float | None:
+def _growth(
+    change: Change, smallest: float | None, radius: float | None, place: tuple[float, float] | None
+) -> float | None:
     """Return by which share the radius must grow for a quantity of `WEAR` to be flagged; None where that is not known.
 
-    The deepest excursion grows by what the radius grows by, the time of the fall with the root of its height.  What these have
-    grown by along their slope was not seen: the limit along a slope is the radius's.
+    `smallest` is the difference of the quantity that would be called off.  The deepest excursion grows by what the radius grows
+    by, the time of the fall with the root of its height.  What these have grown by along their slope was not seen: the limit
+    along a slope is the radius's.
     """
     found, usual = change.difference, change.level
-    smallest = None if found is None else found.detectable(level)
     if found is None or usual is None or smallest is None or usual <= 0:
         return None
     if change.kind.name != "gap_um":

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from tdbmon.history.archive import Archive
 from tdbmon.history.catalogue import Entry
 from tdbmon.history.compare import Comparison, compare, filed_drop
+from tdbmon.history.feature import Key
 from tdbmon.history.matching import doubts
 from tdbmon.history.sight import WEAR, sight
 from tdbmon.history.verdict import WORST_FIRST, Verdict, verdict_of
@@ -18,7 +20,11 @@ class Judged:
     """A drop, against those before it."""
 
     comparison: Comparison
-    verdict: Verdict
+
+    @cached_property
+    def verdict(self) -> Verdict:
+        """By the settings of its archive."""
+        return verdict_of(self.comparison)
 
     @property
     def name(self) -> str:
@@ -29,8 +35,7 @@ class Judged:
 
 def judge(archive: Archive, drop: str) -> Judged:
     """Compare a filed drop with those before it, and judge it."""
-    found = compare(archive, filed_drop(archive, drop))
-    return Judged(found, verdict_of(found))
+    return Judged(compare(archive, filed_drop(archive, drop)))
 
 
 def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:
@@ -68,21 +73,22 @@ def _counts(comparison: Comparison) -> bool:
     return len(comparison.matched) >= comparison.settings.compare.least_drops and comparison.telling > 0
 
 
-def _could_concern(later: Sequence[Judged]) -> set[tuple[str, str]]:
+def _could_concern(later: Sequence[Judged]) -> set[Key]:
     """Return what an alarm of a drop before could be about, without judging it: it may have a quantity, or have lost it."""
-    return {(change.kind.name, change.end) for each in later for change in each.comparison.changes}
+    return {change.key for each in later for change in each.comparison.changes}
 
 
-def _all_shown(concerns: Iterable[tuple[str, str]], later: Sequence[Judged]) -> bool:
-    """Return whether later drops show all quantities, by name and end, each at least one of them."""
-    return all(any(_shows(each.comparison, name, end) for each in later) for name, end in concerns)
+def _all_shown(concerns: Iterable[Key], later: Sequence[Judged]) -> bool:
+    """Return whether later drops show all quantities, each at least one of them."""
+    return all(any(_shows(each.comparison, key) for each in later) for key in concerns)
 
 
-def _shows(comparison: Comparison, name: str, end: str) -> bool:
+def _shows(comparison: Comparison, key: Key) -> bool:
     """Return whether a drop shows a quantity, or what stands for it."""
+    name, end = key
     if name in WEAR:
         return sight(comparison, end).enough
-    return any(c.estimate.known for c in comparison.changes if (c.kind.name, c.end) == (name, end))
+    return any(c.estimate.known for c in comparison.changes if c.key == key)
 
 
 def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:

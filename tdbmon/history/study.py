@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tdbsim.errors import InputError
 
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from tdbsim.machine import Machine
 
+    from tdbmon.identify.fitted import FittedDrop
     from tdbmon.record.finding import Check
 
 
@@ -95,20 +96,8 @@ def study_record(
 
         fitted = fit_drop(machine, record, progress).beside(result)
     content = analysis_json(result)
-    boxes = []
     if fitted is not None:
-        from tdbmon.identify.contract import calibration_json, end_json
-
-        # not `with_fitted`: agreement, friction and natural frequencies would be simulated for every drop that is filed, and
-        # nothing in an archive reads them
-        for end, found in fitted.forces.ends.items():
-            content["ends"].setdefault(end, {}).update(
-                end_json(fitted.calibration, found, fitted.calibration.drops[0].release.value)
-            )
-            s = found.stress
-            if s.greatest.value is not None:
-                boxes.append(StressBox(end, s.greatest.value, s.mean, s.median, s.q1, s.q3, s.outliers))
-        content["calibration"] = calibration_json(fitted.calibration)
+        _add_forces(content, fitted)
     return Filing(
         sha256=str(record.attrs["sha256"]),
         raw_name=name,
@@ -121,13 +110,36 @@ def study_record(
         version=__version__,
         forces=forces,
         features=features_of(result, fitted),
-        stress=tuple(boxes),
+        stress=() if fitted is None else _boxes(fitted),
         failed_checks=tuple(
             f"{c.check} {c.channel}".strip()
             for c in result.checks
             if not c.passed and not (c.check == "date" and dropped)  # what the owner states stands for it
         ),
         analysis=content,
+    )
+
+
+def _add_forces(content: dict[str, Any], fitted: FittedDrop) -> None:
+    """Add the forces and the calibration to the JSON of an analysis.
+
+    Not all of `with_fitted`: agreement, friction and natural frequencies would be simulated for every drop that is filed, and
+    nothing in an archive reads them.
+    """
+    from tdbmon.identify.contract import calibration_json, end_json
+
+    calibration = fitted.calibration
+    for end, found in fitted.forces.ends.items():
+        content["ends"].setdefault(end, {}).update(end_json(calibration, found, calibration.drops[0].release.value))
+    content["calibration"] = calibration_json(calibration)
+
+
+def _boxes(fitted: FittedDrop) -> tuple[StressBox, ...]:
+    """Return the stresses of the ends that have any."""
+    return tuple(
+        StressBox(end, s.greatest.value, s.mean, s.median, s.q1, s.q3, s.outliers)
+        for end, s in ((end, found.stress) for end, found in fitted.forces.ends.items())
+        if s.greatest.value is not None
     )
 
 

@@ -12,12 +12,12 @@ from tdbmon.history.fleet import REASONS, Member
 from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.speed_class import STANDSTILL, stood
 from tdbmon.history.standing import Judged
-from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import counted, plain, printed, short, stated_percent, subtracted
 
 
-def comparison_lines(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> list[str]:
+def comparison_lines(judged: Judged, standing: Sequence[Judged] = ()) -> list[str]:
     """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
+    comparison, verdict = judged.comparison, judged.verdict
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {stated_percent(wanted.tolerance)}"
     speed = STANDSTILL if stood(wanted.speed) else speed
@@ -70,8 +70,7 @@ def values_of(change: Change) -> tuple[str, str, str]:
 
 def seen_from(change: Change, comparison: Comparison) -> str:
     """Return the smallest difference that would have been flagged; the dash where none would."""
-    found = change.difference
-    smallest = None if found is None else found.detectable(comparison.level_of(change))
+    smallest = comparison.detectable(change)
     return "–" if smallest is None else short(Estimate(smallest, unit=change.kind.unit), width=0.1 * smallest)
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from tdbsim.errors import InputError
 
 from tdbmon.history import catalogue
 from tdbmon.history.catalogue import Entry
+from tdbmon.history.feature import Feature, Key
 from tdbmon.history.filing import Filing
 from tdbmon.record.same_samples import same_samples
 
@@ -66,7 +67,7 @@ def twin_of(
 
 def _suspects(base: sqlite3.Connection, filing: Filing) -> Iterator[tuple[Entry, bool]]:
     """Yield the drops that a record may be another file of, the likely ones first, and whether all features are equal."""
-    mine = _numbers(filing)
+    mine = _numbers(filing.features)
     speed = mine.get(("initial_hz", ""))
     if speed is None:  # one export may hold the speed and another not
         near = catalogue.entries(base, "machine = ?", (filing.machine,))
@@ -76,7 +77,7 @@ def _suspects(base: sqlite3.Connection, filing: Filing) -> Iterator[tuple[Entry,
     found = catalogue.features(base, [entry.result for entry in near])
     alike = set()
     for entry in near:
-        theirs = {(f.name, f.end): f.estimate.value for f in found[entry.result] if f.estimate.value is not None}
+        theirs = _numbers(found[entry.result])
         apart = np.array([_apart(mine[key], theirs[key]) for key in mine if key in theirs])
         if len(apart) >= _LEAST and np.median(apart) <= _NEAR:
             alike.add(entry.id)
@@ -109,8 +110,8 @@ def _one_speed(one: float | None, other: float | None) -> bool:
     return one is None or other is None or _apart(one, other) <= _NEAR
 
 
-def _numbers(filing: Filing) -> dict[tuple[str, str], float]:
-    return {(f.name, f.end): f.estimate.value for f in filing.features if f.estimate.value is not None}
+def _numbers(features: Iterable[Feature]) -> dict[Key, float]:
+    return {f.key: f.estimate.value for f in features if f.estimate.value is not None}
 
 
 def _apart(one: float, other: float) -> float:

@@ -112,7 +112,7 @@ def _filed(archive: Archive, drop: str, machine: Path | None, forces: bool) -> D
             f"{machine}: is of machine '{name}', and drop {drop} ({found.entry.raw_name}) is filed as one of"
             f" '{found.entry.machine}'; leave --machine out"
         )
-    if forces and not archive.has_forces(found.entry):
+    if forces and not archive.result(found.entry.id).forces:
         raise InputError(
             f"drop {drop} ({found.entry.raw_name}) is filed without forces; add its record again with"
             f" tdbmon archive add --archive {archive.folder} --forces, then compare it"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -10,7 +11,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.change import NO_SUCH, Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
-from tdbmon.history.feature import NO_FORCES
+from tdbmon.history.feature import NO_FORCES, Key
 from tdbmon.history.matching import doubted_probes
 from tdbmon.history.not_compared import named
 from tdbmon.history.sight import WEAR, Sight, sights
@@ -34,13 +35,13 @@ class Verdict:
     word : str
     reasons : tuple of str
         Plain sentences.
-    concerns : tuple of (str, str)
-        Quantities, by name and end, that an alarm is about: only a drop that shows them clears it.
+    concerns : tuple of Key
+        Quantities that an alarm is about: only a drop that shows them clears it.
     """
 
     word: Word
     reasons: tuple[str, ...]
-    concerns: tuple[tuple[str, str], ...] = ()
+    concerns: tuple[Key, ...] = ()
 
     @property
     def alarm(self) -> bool:
@@ -69,24 +70,13 @@ def verdict_of(comparison: Comparison) -> Verdict:
             f"{len(changed)} of {comparison.tested} quantities differ at once: make sure that this is a drop of this machine,"
             " with the same probes and assembly"
         )
-    least = comparison.settings.compare.least_drops
-    n = len(comparison.matched)
-    few = []
-    if n < least:
-        few.append(
-            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
-            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
-        )
-    elif comparison.telling == 0:
-        few.append(f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out")
-    else:
-        few += [_dim(each) for each in seen if not each.enough and not each.lost]
+    few = _few(comparison, seen)
     remarks = [*beside(comparison), *comparison.remarks]
     concerns = (
-        *(_key(change) for change, _ in passed),
+        *(change.key for change, _ in passed),
         *(("gap_um", each.end) for each in seen if each.lost),
-        *(_key(change) for change in (*_most_lost(comparison), *unfollowed)),
-        *(_key(change) for change in comparison.flagged),
+        *(change.key for change in (*_most_lost(comparison), *unfollowed)),
+        *(change.key for change in comparison.flagged),
         *(comparison.likeness.where if comparison.likeness.strange else ()),
     )
     if inspect:
@@ -95,21 +85,35 @@ def verdict_of(comparison: Comparison) -> Verdict:
         return Verdict("changed", tuple(changed + remarks), concerns)
     if few:
         return Verdict("too few drops", tuple(few + remarks))
+    return Verdict("as before", (_all_well(comparison), *map(_seen, seen), *remarks))
+
+
+def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
+    """Say why "as before" cannot be told: too few drops before, or what is seen of an end is too little."""
+    n, least = len(comparison.matched), comparison.settings.compare.least_drops
+    if n < least:
+        return [
+            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
+            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
+        ]
+    if comparison.telling == 0:
+        return [f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out"]
+    return [_dim(each) for each in seen if not each.enough and not each.lost]
+
+
+def _all_well(comparison: Comparison) -> str:
+    """Say how many quantities "as before" rests on."""
     repeated = len(comparison.repeated)
     others = f"{comparison.telling - repeated} other" if repeated else f"{comparison.telling}"
-    all_well = (
-        f"none of {others} quantities differs from the {n} matching drops before by more than chance"
+    said = (
+        f"none of {others} quantities differs from the {len(comparison.matched)} matching drops before by more than chance"
         f" (all together {stated_percent(comparison.settings.compare.significance)})"
     )
     if comparison.silent:
-        all_well += (
+        said += (
             f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
         )
-    return Verdict("as before", (all_well, *map(_seen, seen), *remarks))
-
-
-def _key(change: Change) -> tuple[str, str]:
-    return change.kind.name, change.end
+    return said
 
 
 def _seen(sight: Sight) -> str:
@@ -159,7 +163,7 @@ def _drift(change: Change, comparison: Comparison) -> str:
         raise ValueError(f"{change.title}: drifts without a trend")
     clear = f"over {len(change.series)} drops (p = {change.p_drift:.2g}, corrected)"
     if trend.step is not None:
-        first = comparison.record(change.trend_drops(comparison.entry.id)[trend.step.index])
+        first = comparison.record(comparison.drop_at(change, trend.step.index))
         rise = trend.step.after - trend.step.before
         size = short(Estimate(abs(rise), unit=change.kind.unit), 0.1 * abs(rise))
         return (
@@ -345,9 +349,7 @@ def _causes(change: Change, comparison: Comparison, way: float) -> str:
         )
     if not change.kind.both_ends or not others:
         return meaning
-    restitution = next(
-        (c.estimate.value for c in comparison.changes if (c.kind.name, c.end) == ("restitution", change.end)), None
-    )
+    restitution = next((c.estimate.value for c in comparison.changes if c.key == ("restitution", change.end)), None)
     if restitution is not None and restitution > 1:
         return (
             f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there feeds it (gap,"

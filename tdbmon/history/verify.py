@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from dataclasses import dataclass
+from math import isclose
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +21,8 @@ from tdbmon.sha256 import sha256_of
 
 if TYPE_CHECKING:
     from tdbmon.history.archive import Archive
+
+_RESULTS = "results/*/*.nc"
 
 
 @dataclass(frozen=True)
@@ -43,7 +47,7 @@ class Fault:
 def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
     """Check every file of an archive against its SHA-256 and the catalogue against the result files."""
     folder = archive.folder
-    faults = [Fault(str(p.relative_to(folder)), "left by a writer that was stopped", True) for p in _parts(folder)]
+    faults = [Fault(file, "left by a writer that was stopped", True) for _, file in _files(folder, f"{INCOMING}/*")]
     try:
         with catalogue.reading(archive.catalogue) as base:
             whole = base.execute("PRAGMA integrity_check").fetchone()[0]
@@ -62,14 +66,9 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
             named = {entry.raw for entry in entries}
     except InputError as error:
         return [*faults, Fault(catalogue.NAME, str(error))]
-    for path in sorted((folder / "results").glob("*/*.nc")):
-        file = str(path.relative_to(folder).as_posix())
-        if file not in known:
-            faults.append(_left_out(path, file))
-    for path in sorted((folder / "raw").glob("*/*")):
-        if str(path.relative_to(folder).as_posix()) not in named:
-            file = str(path.relative_to(folder).as_posix())
-            faults.append(Fault(file, "no result belongs to it: an add or a remove was stopped; repeat it", True))
+    faults += [_left_out(path, file) for path, file in _files(folder, _RESULTS) if file not in known]
+    stopped = "no result belongs to it: an add or a remove was stopped; repeat it"
+    faults += [Fault(file, stopped, True) for _, file in _files(folder, "raw/*/*") if file not in named]
     return faults
 
 
@@ -84,8 +83,7 @@ def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
     with catalogue.writing(place) as base:  # held from the first file on: what is filed meanwhile would be left out
         sweep(folder)
         catalogue.clear(base)
-        for path in sorted((folder / "results").glob("*/*.nc")):
-            file = str(path.relative_to(folder).as_posix())
+        for path, file in _files(folder, _RESULTS):
             progress(file)
             try:
                 filing = read_result(path)
@@ -106,7 +104,7 @@ def bring_up_to_date(archive: Archive, create: bool) -> None:
     """
     place = archive.catalogue
     version = catalogue.version_of(place)
-    has_results = any((archive.folder / "results").glob("*/*.nc"))
+    has_results = any(archive.folder.glob(_RESULTS))
     if version >= catalogue.SCHEMA:
         return
     if has_results:
@@ -145,8 +143,10 @@ def _set_aside(place: Path) -> None:
             os.replace(place, aside)
 
 
-def _parts(folder: Path) -> list[Path]:
-    return sorted((folder / INCOMING).glob("*"))
+def _files(folder: Path, pattern: str) -> Iterator[tuple[Path, str]]:
+    """Go through some files of an archive in order, with what the catalogue calls them."""
+    for path in sorted(folder.glob(pattern)):
+        yield path, str(path.relative_to(folder).as_posix())
 
 
 def _raw_faults(folder: Path, entries: list[catalogue.Entry], progress: Progress) -> list[Fault]:
@@ -181,8 +181,8 @@ def _left_out(path: Path, file: str) -> Fault:
 
 def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:
     """The catalogue's features of a result that are not those of its file."""
-    filed = {(f.name, f.end): f.estimate.outside for f in read_result(folder / file).features}
-    listed = {(f.name, f.end): f.estimate.outside for f in in_catalogue}
+    filed = {f.key: f.estimate.outside for f in read_result(folder / file).features}
+    listed = {f.key: f.estimate.outside for f in in_catalogue}
     for key in sorted(filed.keys() | listed.keys()):
         if not _equal(filed.get(key), listed.get(key)):
             name = " ".join(key).strip()
@@ -193,9 +193,4 @@ def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Featur
 def _equal(a: tuple[float | None, ...] | None, b: tuple[float | None, ...] | None) -> bool:
     if a is None or b is None:
         return False
-    for x, y in zip(a, b, strict=True):
-        if (x is None) != (y is None):
-            return False
-        if x is not None and y is not None and abs(x - y) > 1e-9 * max(abs(x), abs(y)):
-            return False
-    return True
+    return all(x == y if x is None or y is None else isclose(x, y, rel_tol=1e-9) for x, y in zip(a, b, strict=True))

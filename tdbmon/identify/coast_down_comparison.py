@@ -168,7 +168,7 @@ def _windows(analysis: Analysis) -> tuple[Array, Array, dict[str, Array]]:
     if planes is None:
         return np.empty(0), np.empty(0), {}
     time = planes.time.to_numpy()
-    release = analysis.release.time.value if analysis.release is not None else None
+    release = analysis.released
     begin = float(time[np.searchsorted(time, time[0] if release is None else release)])
     step = 1 / float(planes.attrs["sampling_hz"])
     count = int((time[-1] + 1.5 * step - begin) / _WINDOW_S)

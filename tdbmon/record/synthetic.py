@@ -39,7 +39,9 @@ def _shipped_synthetic() -> frozenset[str]:
 
 
 def synthetic_note(synthetic: int, among: int | None = None) -> str:
-    """Return the sentence that a report says of one or of several synthetic records, some of them `among` so many in all."""
+    """Return the sentence that a report says of so many synthetic records, `among` so many in all; "" for none."""
+    if not synthetic:
+        return ""
     if among is not None and synthetic < among:
         are, computed = ("is", "it was") if synthetic == 1 else ("are", "they were")
         return f"{synthetic} of the {among} records {are} synthetic: {computed} computed, not measured."

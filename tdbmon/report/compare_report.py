@@ -4,31 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from tdbmon import __version__
-from tdbmon.history.compare import Comparison
 from tdbmon.history.standing import Judged
-from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import moment
 from tdbmon.record.synthetic import synthetic_note
 from tdbmon.report.document import Document, Section
 from tdbmon.report.sections import changes, comparison_methods, few_drops, judgement, life, stress_history, trends
 
 
-def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged] = ()) -> Document:
+def build_compare_report(judged: Judged, standing: Sequence[Judged] = ()) -> Document:
     """Return the report of a comparison as a document; `write_html` and `write_pdf` write it.
 
     Parameters
     ----------
-    comparison : Comparison
-    verdict : Verdict
-        Of `tdbmon.history.verdict.verdict_of`.
+    judged : Judged
+        The drop.
     standing : sequence of Judged, optional
         Alarms of earlier drops that stand (`tdbmon.history.standing.standing_beside`).
     """
+    comparison = judged.comparison
     entry = comparison.entry
     synthetic = sum(e.synthetic for e in (*comparison.matched, entry))
     parts: list[Section | None] = [
-        judgement.section(comparison, verdict, standing),
+        judgement.section(judged, standing),
         few_drops.section(comparison),
         changes.section(comparison),
         stress_history.section(comparison),
@@ -41,6 +38,5 @@ def build_compare_report(comparison: Comparison, verdict: Verdict, standing: Seq
         "Comparison with earlier drops",
         f"{entry.machine} · {when} · {entry.raw_name}",
         tuple(part for part in parts if part is not None),
-        note=synthetic_note(synthetic, 1 + len(comparison.matched)) if synthetic else "",
-        made=f"tdbmon {__version__}",
+        note=synthetic_note(synthetic, 1 + len(comparison.matched)),
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tdbmon import __version__
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import evidence_of
 from tdbmon.diagnosis.reference import Reference
@@ -62,5 +61,4 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Referenc
         f"{diagnosis.machine.name} · {', '.join(drops)}",
         tuple(part for part in parts if part is not None),
         note=note,
-        made=f"tdbmon {__version__}",
     )

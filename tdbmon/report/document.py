@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
+from tdbmon import __version__
 from tdbmon.quantity import capitalised
 from tdbmon.report.palette import with_palette, with_palettes
 
@@ -154,8 +155,6 @@ class Document:
         Machine and drop, for the page header.
     note : str
         Said under the title, e.g. that the record is synthetic; empty for none.
-    made : str
-        By what it was made, for the page footer.
     sections : tuple of Section
         The first one is the summary.
     """
@@ -164,4 +163,8 @@ class Document:
     subtitle: str
     sections: tuple[Section, ...]
     note: str = ""
-    made: str = ""
+
+    @property
+    def made(self) -> str:
+        """By what it was made, for the page footer."""
+        return f"tdbmon {__version__}"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from tdbmon import __version__
 from tdbmon.analysis.result import Analysis
 from tdbmon.quantity import moment
 from tdbmon.record.synthetic import is_synthetic, synthetic_note
@@ -72,7 +71,6 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         f"{analysis.machine.name} · {drop}" if drop else analysis.machine.name,
         tuple(part for part in parts if part is not None),
         note=note,
-        made=f"tdbmon {__version__}",
     )
 
 

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from functools import partial
 from itertools import pairwise
 
-from tdbmon import __version__
 from tdbmon.history.fleet import REASONS, Member
 from tdbmon.history.life import Life
 from tdbmon.history.not_compared import not_compared_count, not_compared_sentences
@@ -46,8 +45,7 @@ def build_fleet_report(members: list[Member]) -> Document:
             ),
             *_reasons(members),
         ),
-        note=synthetic_note(synthetic, sum(m.drops for m in members)) if synthetic else "",
-        made=f"tdbmon {__version__}",
+        note=synthetic_note(synthetic, sum(m.drops for m in members)),
     )
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon import __version__
 from tdbmon.history.change import Change
 from tdbmon.history.machine_history import Course, MachineHistory
 from tdbmon.history.matching import doubts
@@ -34,8 +33,7 @@ def build_machine_report(history: MachineHistory) -> Document:
         "Machine report",
         f"{history.machine} · {counted(len(history.entries), 'drop')}",
         tuple(parts),
-        note=synthetic_note(synthetic, len(history.entries)) if synthetic else "",
-        made=f"tdbmon {__version__}",
+        note=synthetic_note(synthetic, len(history.entries)),
     )
 
 
@@ -106,10 +104,7 @@ def _without_ring(history: MachineHistory) -> list[Block]:
         f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
         for judged in history.judged
         for change in judged.comparison.changes
-        if _stays_off(change)
-        and not change.flag
-        and not change.as_in
-        and (change.kind.name, change.end) in history.flagged
+        if _stays_off(change) and not change.flag and not change.as_in and change.key in history.flagged
         if change.p_adjusted is not None and not doubts(judged.comparison.entry.failed_checks)
     ]
     if not found:

@@ -32,16 +32,16 @@ def render_pdf(document: Document) -> bytes:
     Words reach typst as JSON data, never as source, so that markup in a name stays text.  The fonts are those that come
     with matplotlib; no clock is read.
     """
-    pages = _set(document, {"pdf_standards": ["a-2a"], "timestamp": 0})
-    return pages[0]
+    return _set(document, {"pdf_standards": ["a-2a"], "timestamp": 0})
 
 
 def render_first_page(document: Document) -> bytes:
     """Return the first page as it is on paper, as a PNG picture of 90 dots an inch."""
-    return _set(document, {"format": "png", "ppi": 90.0})[0]
+    return _set(document, {"format": "png", "ppi": 90.0})
 
 
-def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
+def _set(document: Document, output: dict[str, Any]) -> bytes:
+    """Return the PDF, or the picture of its first page."""
     import typst
     from matplotlib import get_data_path
 
@@ -57,7 +57,7 @@ def _set(document: Document, output: dict[str, Any]) -> list[bytes]:
             sys_inputs={"report": typeset(json.dumps(_tree(document, place), allow_nan=False))},
             **output,
         )
-    return made if isinstance(made, list) else [made]
+    return made[0] if isinstance(made, list) else made
 
 
 def _tree(document: Document, folder: Path) -> dict[str, Any]:

@@ -75,7 +75,7 @@ def signals_of(analysis: Analysis) -> Signals | None:
         channels.append(Signal("speed", "speed", "Hz", time, hz))
     if not channels:
         return None
-    release = analysis.release.time.value if analysis.release is not None else None
+    release = analysis.released
     begin = float(channels[0].time[0]) if release is None else release
     spans = tuple((begin - _LEAD, begin + span) for span in _SPANS)
     marks = tuple((phase.name, phase.start) for phase in analysis.phases[1:])

@@ -221,7 +221,7 @@ def test_a_record_that_begins_late_calls_no_later_contact_the_first(machine, beg
     assert why in end.no_contact and why in end.stiffness.why and why in end.deepest.why
     said = "\n".join(summary_lines(result))
     assert f"first contact           not estimated (the record {why}" in said
-    features = {(f.name, f.end): f.estimate for f in features_of(result)}
+    features = {f.key: f.estimate for f in features_of(result)}
     for name in ("stiffness_n_per_m", "first_contact_duration_ms", "rebound_um", "contacts", "deepest_um"):
         assert why in features[name, "NDE"].why
 

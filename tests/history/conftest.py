@@ -8,11 +8,11 @@ import pytest
 
 from tdbmon.history.archive import Archive, open_archive
 from tdbmon.history.batch import add_all
-from tdbmon.history.compare import Comparison, compare, filed_drop
+from tdbmon.history.compare import Comparison
 from tdbmon.history.machine_history import MachineHistory, machine_history
 from tdbmon.history.study import Order
 from tdbmon.shipped import shipped
-from tests.history.made import HOSTILE, files, filing
+from tests.history.made import HOSTILE, files, filing, latest
 
 YEARS = shipped("years")
 
@@ -29,7 +29,7 @@ def years(tmp_path_factory: pytest.TempPathFactory) -> Archive:
 @pytest.fixture(scope="session")
 def comparison(years: Archive) -> Comparison:
     """The last of these drops against the others."""
-    return compare(years, filed_drop(years, years.entries()[-1].id))
+    return latest(years)
 
 
 @pytest.fixture(scope="session")

@@ -10,10 +10,11 @@ import numpy as np
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import Archive
-from tdbmon.history.compare import Comparison, compare, filed_drop
+from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import KINDS, Feature
 from tdbmon.history.filing import Filing, StressBox
-from tdbmon.history.verdict import Verdict, verdict_of
+from tdbmon.history.standing import judge
+from tdbmon.history.verdict import Verdict
 from tdbmon.history.verify import verify
 
 HOSTILE = "</script><b>&amp; $\\frac{1}$ #sys.inputs *b*"  # what markup and formulas would take for their own
@@ -67,8 +68,8 @@ def filing(
         features += [_feature("fatigue_cycles", end, cycles) for end in ENDS]
     given = {} if stress is None else {("stress_max_mpa", end): stress / USUAL["MPa"] for end in ENDS}
     given |= values or {}
-    features = [f for f in features if f.name != "stress_max_mpa" or (f.name, f.end) in given]
-    features = [_feature(f.name, f.end, given[f.name, f.end]) if (f.name, f.end) in given else f for f in features]
+    features = [f for f in features if f.name != "stress_max_mpa" or f.key in given]
+    features = [_feature(f.name, f.end, given[f.key]) if f.key in given else f for f in features]
     boxes = (
         ()
         if stress is None
@@ -139,8 +140,13 @@ def _feature(name: str, end: str, value: float) -> Feature:
 
 def judged(archive: Archive, drop: str) -> tuple[Comparison, Verdict]:
     """Return a filed drop's comparison and its verdict."""
-    found = compare(archive, filed_drop(archive, drop))
-    return found, verdict_of(found)
+    found = judge(archive, drop)
+    return found.comparison, found.verdict
+
+
+def latest(archive: Archive) -> Comparison:
+    """Return the comparison of the last drop of an archive."""
+    return judge(archive, archive.entries()[-1].id).comparison
 
 
 def add(archive: Archive, folder, seed: int, **changes):

@@ -12,7 +12,7 @@ from tdbsim.errors import InputError
 import tdbmon.accessor  # noqa: F401  registers ds.tdb
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
-from tdbmon.history.verdict import verdict_of
+from tdbmon.history.standing import Judged
 from tdbmon.record.read import read
 from tests.history.conftest import YEARS
 
@@ -22,7 +22,7 @@ NOTEBOOK = Path(__file__).parents[2] / "docs" / "notebooks" / "drops_over_years.
 def test_the_accessor_says_what_the_command_line_says(years):
     view = read(YEARS / "drop_08.nc").tdb.compare(years.folder)
     direct = compare(years, filed_drop(years, years.entries()[7].id))
-    assert view.json == comparison_json(direct, verdict_of(direct))
+    assert view.json == comparison_json(Judged(direct))
     assert "changed" in view._repr_html_()
     assert "verdict: changed" in repr(view)
     assert view.report.title == "Comparison with earlier drops"

@@ -14,13 +14,14 @@ from tdbmon.history.another_machine import likeness
 from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.contract import comparison_json
+from tdbmon.history.standing import Judged
 from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, files, filing, fill
+from tests.history.made import ENDS, add, files, filing, fill
 
 ALL = 8  # kinds
 
@@ -80,8 +81,7 @@ def test_what_changed_one_by_one_is_not_another_machine(empty, tmp_path):
     values = {}
     for seed, name in enumerate(("gap_um", "levitated_noise_um", "levitated_1x_um", "decay_time_s"), start=40):
         values |= times(2.0, name)
-        raw, machine = files(tmp_path, seed)
-        empty.add(filing(raw, machine, seed=seed, dropped=f"2020-02-{seed - 30}", values=values), raw, machine)
+        add(empty, tmp_path, seed, dropped=f"2020-02-{seed - 30}", values=values)
     assert of(empty, tmp_path, values=values).far == ()
 
 
@@ -114,7 +114,7 @@ def test_a_record_of_another_machine_under_this_name_is_told_and_not_refused(yea
     assert comparison.likeness.strange
     assert verdict.alarm
     assert verdict.reasons[0].startswith("looks like a drop of another machine")
-    told = comparison_json(comparison, verdict)["another_machine"]
+    told = comparison_json(Judged(comparison))["another_machine"]
     assert told["flag"] and len(told["far"]) >= 3
 
 
@@ -172,7 +172,7 @@ def test_a_record_that_names_another_machine_is_told_with_both_names_and_counts_
     assert names[1] in json.loads((tmp_path / "f.json").read_text())["records"][0]["remark"]
     found = compare(archive, filed_drop(archive, added.id))
     assert all(name in verdict_of(found).reasons[0] for name in names)
-    assert names[1] in comparison_json(found, verdict_of(found))["another_machine"]["named"]
+    assert names[1] in comparison_json(Judged(found))["another_machine"]["named"]
     assert found.life.full_drops == 10  # those before: it is no drop of this machine
     later = filed_drop(archive, archive.entries()[-2].id)
     later = replace(later, entry=replace(later.entry, id="later", moment=added.moment + 1, speed=added.speed))

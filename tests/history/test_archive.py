@@ -226,7 +226,7 @@ def test_a_drop_without_a_time_keeps_its_place_where_an_earlier_machine_file_cou
     assert before[0].filed == "2026-01-01T00:00:00+00:00"
     assert rebuild(empty) == []
     assert [replace(entry, result=0) for entry in empty.entries()] == [replace(entry, result=0) for entry in before]
-    assert empty.maker(empty.entries()[0])[1] == made[0].machine_sha256
+    assert empty.result(empty.entries()[0].id).machine_sha256 == made[0].machine_sha256
 
 
 def test_a_drop_that_is_filed_while_the_catalogue_is_made_anew_is_in_it(empty, tmp_path, monkeypatch):

@@ -21,7 +21,7 @@ from tdbmon.history.archive import open_archive
 from tdbmon.history.export import export
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
-from tests.history.made import files, filing, fill
+from tests.history.made import add, files, filing, fill
 
 MACHINE = str(YEARS / "machine.toml")
 OTHER = str(shipped("short/machine.toml"))
@@ -72,6 +72,19 @@ def test_an_alarm_fails_only_where_it_shall(capsys, years, tmp_path):
     code, out, _ = run(capsys, "compare", "--archive", years.folder, "--json", target)
     assert (code, "verdict: changed" in out) == (0, True)
     assert json.loads(target.read_text())["drop"] == drops[-1]
+
+
+def test_what_was_found_is_said_though_a_report_fails(capsys, years, tmp_path, monkeypatch):
+    """A figure that cannot be drawn took the verdict with it."""
+
+    def fails(*_):
+        raise RuntimeError("no figure")
+
+    monkeypatch.setattr("tdbmon.report.html.write_html", fails)
+    last = ("compare", "--archive", str(years.folder), "--report", str(tmp_path / "r.html"))
+    with pytest.raises(RuntimeError, match="no figure"):
+        main(last)
+    assert "verdict: changed" in capsys.readouterr().out
 
 
 def test_a_filed_record_by_its_file_is_the_filed_drop(capsys, years):
@@ -257,10 +270,8 @@ def test_the_times_of_the_table_are_of_one_format_beside_their_order(empty, tmp_
     """Times with and without a zone stood in one column, which pandas refused, and nothing told the order."""
     times = ("2020-01-03T09:00:00", "2020-01-02", "", "2020-01-03T09:30:00.5+01:00")
     for i, dropped in enumerate(times):
-        raw, machine = files(tmp_path, i)
-        empty.add(filing(raw, machine, seed=i, dropped=dropped), raw, machine)
-    raw, machine = files(tmp_path, 9)
-    empty.add(filing(raw, machine, name="another", seed=9, dropped="2019-01-01"), raw, machine)
+        add(empty, tmp_path, i, dropped=dropped)
+    add(empty, tmp_path, 9, name="another", dropped="2019-01-01")
     export(empty, tmp_path / "f.csv")
     table = pd.read_csv(tmp_path / "f.csv")
     drops = table[table.machine == "made up"].drop_duplicates("drop_id").set_index("raw_name")

@@ -13,6 +13,7 @@ from tdbmon.history import catalogue
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
 from tdbmon.history.machine_history import machine_history
+from tdbmon.history.standing import Judged, judge
 from tdbmon.history.summary import comparison_lines
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.html import render_html
@@ -48,8 +49,7 @@ def test_every_feature_is_declared_and_has_its_unit(years):
 
 
 def test_the_json_is_that_of_the_contract(years):
-    comparison, verdict = judged(years, years.entries()[7].id)
-    content = comparison_json(comparison, verdict)
+    content = comparison_json(judge(years, years.entries()[7].id))
     assert set(content) == documented("compare")
     assert set(content) >= {"verdict", "reasons", "drop", "matched", "matching", "features", "stress", "life"}
     assert len(content["matched"]) == 7
@@ -76,7 +76,7 @@ def test_probabilities_of_what_is_judged_do_not_depend_on_what_is_not(empty, tmp
     for each in (made, without):
         empty.add(each, raw, machine)
         changes = judged(empty, made.drop)[0].changes
-        found.append({(c.kind.name, c.end): c.p_adjusted for c in changes if c.kind.judged})
+        found.append({c.key: c.p_adjusted for c in changes if c.kind.judged})
         empty.remove(made.drop)
     assert found[0] == found[1]
 
@@ -89,7 +89,7 @@ def test_the_trend_counts_the_drops_that_lack_the_quantity(empty, tmp_path):
             empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", **({"few": True} if i % 2 else {"values": values})
         )
     comparison, _ = judged(empty, drop)
-    change = next(c for c in comparison.changes if (c.kind.name, c.end) == ("fall_time_ms", "NDE"))
+    change = next(c for c in comparison.changes if c.key == ("fall_time_ms", "NDE"))
     assert not change.estimate.known
     assert change.trend.slope.value == pytest.approx(0.01 * 7e-3)
     courses = {(course.name, course.end): course for course in machine_history(empty, "made up").courses}
@@ -105,8 +105,7 @@ def test_the_shipped_answer_is_what_the_archive_hides():
 
 def test_the_json_counts_the_drops_that_are_compared_with(years):
     """Number and range of those before are of the same drops as their centre: what was off itself is listed apart."""
-    comparison, verdict = judged(years, years.entries()[9].id)
-    features = comparison_json(comparison, verdict)["features"]
+    features = comparison_json(judge(years, years.entries()[9].id))["features"]
     rebound = next(f for f in features if (f["name"], f["end"]) == ("rebound_um", "DE"))
     assert len(rebound["left_out"]) == 2
     assert rebound["before"]["n"] == 7
@@ -136,8 +135,8 @@ def test_stated_shares_keep_their_digits(empty, tmp_path):
     fill(empty, tmp_path, 8)
     comparison, verdict = judged(empty, empty.entries()[-1].id)
     assert "(all together 0.4 %)" in verdict.reasons[0]
-    assert "100 Hz ± 2.5 %" in comparison_lines(comparison, verdict)[1]
-    pages = render_html(build_compare_report(comparison, verdict))
+    assert "100 Hz ± 2.5 %" in comparison_lines(Judged(comparison))[1]
+    pages = render_html(build_compare_report(Judged(comparison)))
     assert "at most 2.5 % off" in pages
     assert "at most 0.4 %" in pages
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.135})
@@ -154,8 +153,8 @@ def test_what_was_flagged_is_no_measure_for_the_next_drop(empty, tmp_path, corre
     keys = [(name, end) for name in kinds for end in ENDS]
     values = {key: float(size) for key, size in zip(keys, sizes, strict=True)}
     changed = add(empty, tmp_path, 50, dropped="2020-02-01", values=values)
-    flagged = {(c.kind.name, c.end) for c in judged(empty, changed)[0].flagged}
+    flagged = {c.key for c in judged(empty, changed)[0].flagged}
     after = judged(empty, add(empty, tmp_path, 51, dropped="2020-02-02"))[0].changes
-    left_out = {(c.kind.name, c.end) for c in after if changed in c.left_out}
+    left_out = {c.key for c in after if changed in c.left_out}
     assert len(flagged) > 5
     assert flagged <= left_out

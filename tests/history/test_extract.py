@@ -21,7 +21,7 @@ def analysis():
 
 
 def test_the_share_of_the_clearance_that_levitation_takes_is_that_of_its_farthest_sample(analysis):
-    found = {(f.name, f.end): f.estimate for f in features_of(analysis)}
+    found = {f.key: f.estimate for f in features_of(analysis)}
     assert not KINDS["levitated_share"].judged
     for end in analysis.ends:
         before = analysis.planes.displacement.sel(end=end, time=slice(None, analysis.release_time.value - 2e-3)).values

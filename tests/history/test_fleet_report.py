@@ -19,7 +19,7 @@ from tdbmon.report.document import Table
 from tdbmon.report.fleet_report import build_fleet_report
 from tdbmon.report.html import render_html
 from tests.figure_checks import faults, rendered
-from tests.history.made import ENDS, files, filing, fill
+from tests.history.made import ENDS, add, files, filing, fill
 
 
 def test_a_fleet_has_life_stress_and_the_limit_of_growth(stressed, tmp_path):
@@ -71,8 +71,7 @@ def test_a_name_above_a_panel_of_a_fleet_is_whole_in_two_lines(empty, tmp_path):
         f"{'Pump train of the second line ' * 3}no. 4",
     )
     for seed, name in enumerate(names):
-        raw, machine = files(tmp_path / str(seed), seed)
-        empty.add(filing(raw, machine, name=name, seed=seed), raw, machine)
+        add(empty, tmp_path / str(seed), seed, name=name)
     drawing = fleet_figure(fleet(empty))
     titles = [ax.get_title(loc="left").split("\n") for ax in drawing.axes if ax.get_visible()]
     assert {" ".join(title[:-1]) for title in titles} >= set(names[:2])

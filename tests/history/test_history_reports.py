@@ -23,9 +23,9 @@ from tdbmon.history.contract import comparison_json
 from tdbmon.history.fleet import fleet
 from tdbmon.history.machine_history import machine_history
 from tdbmon.history.not_compared import not_compared_count
+from tdbmon.history.standing import Judged, judge
 from tdbmon.history.summary import comparison_lines, seen_from, values_of
 from tdbmon.history.unfiled import as_drop
-from tdbmon.history.verdict import verdict_of
 from tdbmon.quantity import plain
 from tdbmon.report.compare_report import build_compare_report
 from tdbmon.report.document import Table
@@ -37,16 +37,16 @@ from tdbmon.report.sections import changes
 from tdbmon.report.sections import trends as trends_section
 from tests.figure_checks import assert_readable, faults, figures_of
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, HOSTILE, add, files, filing, fill, judged, without
+from tests.history.made import ENDS, HOSTILE, add, files, filing, fill, judged, latest, without
 
 
 @pytest.fixture(scope="module")
 def reports(years, comparison, history, stressed):
     """Reports of every kind, of drops with and without forces."""
-    stressed_last = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    stressed_last = latest(stressed)
     return [
-        build_compare_report(comparison, verdict_of(comparison)),
-        build_compare_report(stressed_last, verdict_of(stressed_last)),
+        build_compare_report(Judged(comparison)),
+        build_compare_report(Judged(stressed_last)),
         build_machine_report(history),
         build_machine_report(machine_history(stressed, HOSTILE)),
         build_fleet_report(fleet(years)),
@@ -62,7 +62,7 @@ def test_every_figure_is_readable(reports):
 
 
 def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     assert set(found.stress) == {"NDE", "DE"}
     assert [drop for drop, _ in found.stress["DE"]] == [e.id for e in (*found.matched, found.entry)]
     figure = stress_history(found)
@@ -74,7 +74,7 @@ def test_the_current_drop_is_marked_among_the_stress_boxes(stressed):
 
 def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
     """The least is not filed: a cap at the box's edge said that it is there; dots hid behind the cap of the greatest."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     for ax, boxes in zip(stress_history(found).axes, found.stress.values(), strict=True):
         flat = [line for line in ax.lines if len(line.get_xdata()) == 2 and np.ptp(line.get_ydata()) == 0]
         caps = [line for line in flat if np.ptp(line.get_xdata()) > 0]
@@ -89,7 +89,7 @@ def test_a_stress_box_has_no_cap_below_and_its_outliers_on_top(stressed):
 
 def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(stressed):
     """Trends numbered the drops that the stresses named, and had nothing but a unit beside them."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
+    found = latest(stressed)
     names = ["drop_1", "drop_2", "drop_4", "drop_5", "drop_7", "drop_8", "drop_10", "drop_11"]
     radii = [change for change in found.changes if change.kind.name == "gap_um"]
     drawing = trends(found, radii)
@@ -103,7 +103,7 @@ def test_axes_name_their_quantity_and_the_drops_alike_in_all_figures_of_a_page(s
 
 
 def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison):
-    document = build_compare_report(comparison, verdict_of(comparison))
+    document = build_compare_report(Judged(comparison))
     html = render_html(document)
     assert "archive add --forces" in html
     assert "How hard the bearings were hit" not in html  # a table of nothing but the count of drops
@@ -114,8 +114,8 @@ def test_a_comparison_without_forces_says_so_where_the_boxes_would_be(comparison
 
 
 def test_the_first_page_tells_force_and_stress_against_the_drops_before_and_the_limit(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
-    first = render_html(build_compare_report(found, verdict_of(found))).split("What was compared")[0]
+    found = latest(stressed)
+    first = render_html(build_compare_report(Judged(found))).split("What was compared")[0]
     value = next(c for c in found.changes if c.kind.name == "stress_max_mpa" and c.end == "DE").estimate.value
     assert "How hard the bearings were hit" in first
     assert f"{100 * value / 4.2e9:.0f} % of 4200 MPa" in first
@@ -126,8 +126,8 @@ def test_a_stress_out_of_the_range_before_is_said_to_be_chance_or_not(empty, tmp
     """Beside a range it was left to the reader why a drop outside it had not changed."""
     for k, before in enumerate((1.98e9, 2.0e9, 2.02e9, 1.99e9, 2.01e9)):
         add(empty, tmp_path, k, stress=before, dropped=f"2020-01-{k + 1:02d}")
-    found, verdict = judged(empty, add(empty, tmp_path, 9, stress=stress, dropped="2020-02-01"))
-    blocks = build_compare_report(found, verdict).sections[0].blocks
+    found = judge(empty, add(empty, tmp_path, 9, stress=stress, dropped="2020-02-01"))
+    blocks = build_compare_report(found).sections[0].blocks
     (hit,) = [b for b in blocks if isinstance(b, Table) and b.caption.startswith("How hard")]
     told = [row.cells[2] for row in hit.rows if "stress" in row.cells[0]]
     assert len(told) == 2
@@ -138,26 +138,25 @@ def test_a_stress_out_of_the_range_before_is_said_to_be_chance_or_not(empty, tmp
 def test_with_few_drops_before_the_values_stand_side_by_side(empty, tmp_path, before):
     """At commissioning the page had no value of the drop at all."""
     made = fill(empty, tmp_path, before + 1)
-    found, verdict = judged(empty, made[-1].drop)
-    sections = {section.title: section for section in build_compare_report(found, verdict).sections}
+    sections = {s.title: s for s in build_compare_report(judge(empty, made[-1].drop)).sections}
     said, table = sections["Values of this drop"].blocks
     assert f"takes {5 - before} more drop" in said.text and "100 Hz, at most 5 % off" in said.text
     assert table.header[1:] == (made[-1].raw_name, *(each.raw_name for each in made[:-1]))
     (row,) = [row for row in table.rows if row.cells[0] == "Radius at rest, NDE"]
-    values = [next(f.estimate.value for f in each.features if (f.name, f.end) == ("gap_um", "NDE")) for each in made]
+    values = [next(f.estimate.value for f in each.features if f.key == ("gap_um", "NDE")) for each in made]
     assert [float(cell.split()[0]) for cell in row.cells[1:]] == pytest.approx(
         [1e6 * value for value in (values[-1], *values[:-1])], abs=0.6
     )
 
 
 def test_with_drops_enough_no_values_are_listed_beside_each_other(comparison):
-    titles = [section.title for section in build_compare_report(comparison, verdict_of(comparison)).sections]
+    titles = [section.title for section in build_compare_report(Judged(comparison)).sections]
     assert "Values of this drop" not in titles
 
 
 def test_an_alarm_says_how_far_its_gap_is_from_the_limit_and_what_to_do(comparison):
     """20 um of wear at NDE; the fall through it is flagged."""
-    first = build_compare_report(comparison, verdict_of(comparison)).sections[0]
+    first = build_compare_report(Judged(comparison)).sections[0]
     tables = {block.caption: block for block in first.blocks if isinstance(block, Table)}
     (row,) = tables["How far the gap is from its limit"].rows
     assert row.cells[0] == "Fall, release to first touch, NDE"
@@ -174,20 +173,20 @@ def test_an_alarm_says_how_far_its_gap_is_from_the_limit_and_what_to_do(comparis
 def test_a_drop_as_before_asks_for_nothing(empty, tmp_path):
     found, verdict = judged(empty, fill(empty, tmp_path, 7)[-1].drop)
     assert verdict.word == "as before"
-    assert "What to do next" not in render_html(build_compare_report(found, verdict))
+    assert "What to do next" not in render_html(build_compare_report(Judged(found)))
 
 
 def test_damage_is_told_of_each_end(stressed):
     """The end that suffered most was told in the text below the table only."""
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
-    html = render_html(build_compare_report(found, verdict_of(found)))
+    found = latest(stressed)
+    html = render_html(build_compare_report(Judged(found)))
     assert all(f"Damage at {end}, in drops like the first" in html for end in ENDS)
     assert found.life.damage == max(found.life.damages.values(), key=lambda each: each.value)
 
 
 def test_every_line_of_the_terminal_names_its_end(stressed):
-    found = compare(stressed, filed_drop(stressed, stressed.entries()[-1].id))
-    lines = comparison_lines(found, verdict_of(found))
+    found = latest(stressed)
+    lines = comparison_lines(Judged(found))
     for change in (c for c in found.changes if c.difference is not None):
         this, before = (plain(text) for text in values_of(change)[:2])
         (line,) = [line for line in lines if line[2:].startswith(f"{change.title}  ")]
@@ -203,7 +202,7 @@ def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp
     fill(empty, tmp_path, 6)
     raw, machine = files(tmp_path, 7)
     empty.add(without(filing(raw, machine, dropped="2020-02-01", seed=7), *ends), raw, machine)
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    found = latest(empty)
     radii = [change for change in found.changes if change.kind.name == "gap_um"]
     drawing = trends(found, radii)
     for ax, change in zip(drawing.axes, radii, strict=False):
@@ -224,7 +223,7 @@ def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp
 
 def test_ends_stand_as_in_the_machine_file_and_units_as_an_analysis_writes_them(years, comparison, history):
     assert load_machine(YEARS / "machine.toml").ends == ("NDE", "DE")
-    lines = comparison_lines(comparison, verdict_of(comparison))
+    lines = comparison_lines(Judged(comparison))
     places = [next(i for i, line in enumerate(lines) if f"Radius at rest, {end}  " in line) for end in ("NDE", "DE")]
     places += [next(i for i, line in enumerate(lines) if f"not compared at {end}:" in line) for end in ("NDE", "DE")]
     assert places[0] + 1 == places[1] and places[2] + 1 == places[3]
@@ -242,7 +241,7 @@ def test_the_first_page_says_what_could_not_be_compared(comparison):
         for c in comparison.changes
     ]
     blind = replace(comparison, changes=tuple(lost))
-    first = render_html(build_compare_report(blind, verdict_of(blind))).split("What was compared")[0]
+    first = render_html(build_compare_report(Judged(blind))).split("What was compared")[0]
     assert "Not compared at NDE: radius at rest" in first
     assert "(no two usable probes see it)" in first
     (table,) = [b for b in changes.section(blind).blocks if isinstance(b, Table) and b.caption == "Not compared"]
@@ -263,13 +262,12 @@ def test_what_no_drop_tells_is_missed_too(empty, tmp_path):
             for f in made.features
         ]
         empty.add(replace(made, features=tuple(lost)), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
-    verdict = verdict_of(comparison)
+    comparison = latest(empty)
     said = "ot compared at DE: radius at rest, fall, release to first touch (the shaft does not rest)"
-    assert [line for line in comparison_lines(comparison, verdict) if said in line]
+    assert [line for line in comparison_lines(Judged(comparison)) if said in line]
     assert not_compared_count(comparison) == "2 at DE"
     for document in (
-        build_compare_report(comparison, verdict),
+        build_compare_report(Judged(comparison)),
         build_machine_report(machine_history(empty, empty.machines()[0])),
         build_fleet_report(fleet(empty)),
     ):
@@ -283,9 +281,9 @@ def test_what_differs_beside_the_verdict_stands_in_every_report(empty, tmp_path)
     raw, machine = files(tmp_path, 7)
     values = {("levitated_1x_um", "NDE"): 6.0}
     empty.add(filing(raw, machine, dropped="2020-02-01", seed=7, values=values), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    comparison = latest(empty)
     for document in (
-        build_compare_report(comparison, verdict_of(comparison)),
+        build_compare_report(Judged(comparison)),
         build_machine_report(machine_history(empty, empty.machines()[0])),
         build_fleet_report(fleet(empty)),
     ):
@@ -315,12 +313,12 @@ def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp
     raw, machine = files(tmp_path, 7)
     made = filing(raw, machine, dropped="2020-02-01", seed=7)
     empty.add(without(made, "NDE"), raw, machine)
-    comparison = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    comparison = latest(empty)
     said = "ot compared at NDE: radius at rest"
-    (line,) = [text for text in comparison_lines(comparison, verdict_of(comparison)) if said in text]
+    (line,) = [text for text in comparison_lines(Judged(comparison)) if said in text]
     assert line.endswith("more (the arc is too short)")
     for document in (
-        build_compare_report(comparison, verdict_of(comparison)),
+        build_compare_report(Judged(comparison)),
         build_machine_report(machine_history(empty, empty.machines()[0])),
         build_fleet_report(fleet(empty)),
     ):
@@ -330,7 +328,7 @@ def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp
     assert f"{not_compared_count(comparison)}</td>" in render_html(build_fleet_report(fleet(empty)))
     before = compare(empty, filed_drop(empty, empty.entries()[-2].id))
     assert not_compared_count(before) == "–"
-    assert not any("not compared" in text for text in comparison_lines(before, verdict_of(before)))
+    assert not any("not compared" in text for text in comparison_lines(Judged(before)))
     assert (
         not_compared_count(compare(empty, filed_drop(empty, empty.entries()[0].id))) == "–"
     )  # nothing to compare with
@@ -339,7 +337,7 @@ def test_an_end_that_was_not_seen_is_missed_wherever_a_drop_is_judged(empty, tmp
 def test_before_and_difference_subtract_as_they_are_written(comparison):
     told = [c for c in comparison.changes if c.difference is not None]
     assert len(told) > 30
-    features = {(f["name"], f["end"]): f for f in comparison_json(comparison, verdict_of(comparison))["features"]}
+    features = {(f["name"], f["end"]): f for f in comparison_json(Judged(comparison))["features"]}
     for change in told:
         texts = values_of(change)
         this, before, difference = (Decimal(text.split()[0].replace("−", "-")) for text in texts)
@@ -353,9 +351,8 @@ def test_before_and_difference_subtract_as_they_are_written(comparison):
 @pytest.mark.parametrize(("stress", "drawn"), [(2.0e9, False), (3.9e9, True)])
 def test_the_limit_of_the_stress_is_drawn_where_it_is_near(empty, tmp_path, stress, drawn):
     for i in range(4):
-        raw, machine = files(tmp_path, i)
-        empty.add(filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}", stress=stress), raw, machine)
-    figure = stress_history(compare(empty, filed_drop(empty, empty.entries()[-1].id)))
+        add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", stress=stress)
+    figure = stress_history(latest(empty))
     for ax in figure.axes:
         lines = [line for line in ax.lines if len(line.get_ydata()) == 2 and list(line.get_ydata()) == [4200.0, 4200.0]]
         assert bool(lines) == drawn
@@ -380,8 +377,8 @@ def test_a_change_of_level_is_drawn_where_it_is_among_many_drops(empty, tmp_path
     for i in range(number):
         level = 1.0 if i < 50 else 1.3
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): level + 0.01 * (i % 3)})
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
-    (change,) = (c for c in found.changes if (c.kind.name, c.end) == ("rebound_um", "NDE"))
+    found = latest(empty)
+    (change,) = (c for c in found.changes if c.key == ("rebound_um", "NDE"))
     ax = trends(found, [change]).axes[0]
     before, after = (line.get_xdata().tolist() for line in ax.lines if line.get_linestyle() == "--")
     assert len(change.series) == 61
@@ -393,7 +390,7 @@ def test_the_table_of_trends_tells_the_change_points_that_are_drawn(empty, tmp_p
     (empty.folder / "archive.toml").write_text("format = 1\n[compare]\nsignificance = 0.0005\n")
     for i in range(16):
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01", values={("rebound_um", "NDE"): 1.0 if i < 8 else 1.3})
-    found = compare(empty, filed_drop(empty, empty.entries()[-1].id))
+    found = latest(empty)
     section = trends_section.section(found)
     (table,) = (block for block in section.blocks if isinstance(block, Table))
     (row,) = (row for row in table.rows if row.cells[0] == "Rebound after the first contact, NDE")
@@ -407,7 +404,7 @@ def test_measured_drops_beside_synthetic_ones_are_not_called_synthetic(empty, tm
         empty.add(replace(made, synthetic=i == 0), raw, machine)
     last = compare(empty, filed_drop(empty, empty.entries("a")[-1].id))
     note = "1 of the {} records is synthetic: it was computed, not measured."
-    assert build_compare_report(last, verdict_of(last)).note == note.format(2)
+    assert build_compare_report(Judged(last)).note == note.format(2)
     assert build_machine_report(machine_history(empty, "a")).note == note.format(2)
     assert build_machine_report(machine_history(empty, "b")).note == ""
     assert build_fleet_report(fleet(empty)).note == note.format(4)

@@ -12,6 +12,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.compare import compare, filed_drop
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import result_name, satisfying_names
+from tdbmon.history.standing import Judged
 from tdbmon.history.study import study_record
 from tdbmon.history.summary import comparison_lines
 from tdbmon.history.unfiled import as_drop
@@ -48,7 +49,7 @@ def test_a_record_without_a_drop_uses_up_no_agreed_drop(empty, tmp_path):
         assert (comparison.life.full_drops, verdict.word, verdict.alarm) == (0, "no drop", True)
         assert verdict.reasons[0].startswith("no drop in this record")
         assert "no probe moves by more than" in verdict.reasons[0]
-        assert not any("not compared" in line for line in comparison_lines(comparison, verdict))
+        assert not any("not compared" in line for line in comparison_lines(Judged(comparison)))
     (empty.folder / "archive.toml").write_text("format = 1\n[life]\nagreed_drops = 3\n")
     add(empty, tmp_path, 0, dropped="2020-01-01", stress=2e9)
     for i in range(1, 4):

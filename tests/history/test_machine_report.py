@@ -74,7 +74,7 @@ def test_a_drop_at_the_level_of_ringed_ones_without_a_ring_is_explained(empty, t
     made = filing(raw, machine, dropped="2020-02-02", seed=51, values={("fall_time_ms", "NDE"): last})
     wide = [
         replace(f, estimate=Estimate.from_sigma(f.estimate.value, 1e-3, "ms", "made up"))
-        if (f.name, f.end) == ("fall_time_ms", "NDE")
+        if f.key == ("fall_time_ms", "NDE")
         else f
         for f in made.features
     ]

@@ -13,17 +13,16 @@ from tdbsim.machine import load_machine
 
 from tdbmon.estimate import Estimate
 from tdbmon.history.archive import open_archive
-from tdbmon.history.compare import compare, filed_drop
+from tdbmon.history.compare import compare
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS, NO_FORCES
 from tdbmon.history.sight import WEAR, sight, sights
 from tdbmon.history.standing import Judged, standing_beside
 from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
-from tdbmon.history.verdict import verdict_of
 from tdbmon.record.read import read
 from tests.history.conftest import YEARS
-from tests.history.made import ENDS, USUAL, add, files, filing, fill, judged, without
+from tests.history.made import ENDS, USUAL, add, files, filing, fill, judged, latest, without
 
 PROBES = ("NDE_A", "NDE_B", "DE_A", "DE_B")
 
@@ -34,7 +33,7 @@ def later(archive, number, changed) -> Judged:
     record.attrs |= {"drop_time": "2024-06-11T09:00:00Z", "sha256": "7" * 64}
     changed(record)
     found = compare(archive, as_drop(study_record(record, load_machine(YEARS / "machine.toml"), "0" * 64)))
-    return Judged(found, verdict_of(found))
+    return Judged(found)
 
 
 def swings(record):
@@ -115,7 +114,7 @@ def test_drops_that_tell_nothing_of_an_end_do_not_count_for_it(empty, tmp_path, 
     found, verdict = judged(empty, empty.entries()[-1].id)
     assert len(found.matched) == 6
     assert verdict.word == ("as before" if shown == 5 else "too few drops")
-    assert comparison_json(found, verdict)["ends"]["NDE"]["drops"] == shown
+    assert comparison_json(Judged(found))["ends"]["NDE"]["drops"] == shown
     if shown < 5:
         assert verdict.reasons[0].startswith("NDE: ") and f"than {shown} drops before" in verdict.reasons[0]
     else:
@@ -143,13 +142,11 @@ def test_growth_that_would_not_have_been_seen_is_not_as_before(years, tmp_path):
 def test_growth_that_a_fall_shows_is_that_of_the_height_really_fallen(years):
     """The rotor levitates 39 um above the centre: what 20 um of wear made of the fall was told as 6 % of the radius."""
     answer = json.loads((YEARS / "answer.json").read_text())
-    last = compare(years, filed_drop(years, years.entries()[-1].id))
+    last = latest(years)
     found = {c.kind.name: c for c in last.changes if c.end == answer["end"]}
     fall, radius = found["fall_time_ms"], np.median([e.value for _, e in found["gap_um"].earlier])
     told = sight(last, answer["end"])
-    share = (
-        fall.difference.detectable(last.level_of(fall)) / fall.difference.value
-    )  # of what the wear made the fall longer by
+    share = last.detectable(fall) / fall.difference.value  # of what the wear made the fall longer by
     assert told.growth * radius == pytest.approx(share * answer["wear_of_the_journal_m"], rel=0.08)
     assert told.seen_from == "7 %"
 
@@ -185,7 +182,7 @@ def test_growth_is_flagged_from_where_it_is_said_to_be_seen(empty, tmp_path, see
 
     growth = sight(grown(0.0), "NDE").growth
     for share, seen in ((1.1 * growth, True), (0.9 * growth, False)):
-        assert any((c.kind.name, c.end) in {(k, "NDE") for k in kept} for c in grown(share).flagged) == seen
+        assert any(c.key in {(k, "NDE") for k in kept} for c in grown(share).flagged) == seen
 
 
 def test_a_fit_that_is_lost_is_a_reason_to_look(empty, tmp_path):

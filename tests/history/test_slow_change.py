@@ -15,6 +15,7 @@ from tdbmon.history.change import _compared
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.feature import KINDS
 from tdbmon.history.sight import WEAR, sight
+from tdbmon.history.standing import Judged
 from tdbmon.history.summary import comparison_lines
 from tdbmon.history.trend import order_p
 from tdbmon.report.document import Table
@@ -37,7 +38,7 @@ def test_wear_that_grows_from_drop_to_drop_is_told_though_no_drop_stands_out(emp
     """The drops before lie on the same slope: their scatter is the wear itself, and none is beyond it."""
     comparison, verdict = worn(empty, tmp_path, 9, 0.015)[-1]
     assert verdict.word == "as before"
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert not gap.flag
     assert gap.drifts
     assert gap.p_drift <= 0.05
@@ -46,11 +47,11 @@ def test_wear_that_grows_from_drop_to_drop_is_told_though_no_drop_stands_out(emp
     assert said.startswith("beside the verdict: Radius at rest, NDE: rises from drop to drop")
     assert "over 9 drops" in said
     content = next(
-        f for f in comparison_json(comparison, verdict)["features"] if (f["name"], f["end"]) == ("gap_um", "NDE")
+        f for f in comparison_json(Judged(comparison))["features"] if (f["name"], f["end"]) == ("gap_um", "NDE")
     )
     assert content["drifts"]
     assert content["trend_p_adjusted"] == gap.p_drift
-    assert any("from drop to drop" in line for line in comparison_lines(comparison, verdict))
+    assert any("from drop to drop" in line for line in comparison_lines(Judged(comparison)))
 
 
 def test_the_wear_limit_counts_from_the_first_drops_where_the_wear_is_slow(empty, tmp_path):
@@ -82,7 +83,7 @@ def test_what_would_have_been_seen_is_judged_about_the_slope(empty, tmp_path, st
         assert any("Radius at rest, NDE: " in each and "from drop to drop" in each for each in verdict.reasons)
         assert sight(comparison, "NDE").growth < 0.1
         assert any(each.startswith("NDE: against the slope of ") for each in verdict.reasons)
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert gap.difference.before.slope == pytest.approx(step * 250e-6, rel=0.15)
     assert gap.level == pytest.approx(250e-6, rel=0.02)
     assert abs(gap.difference.before.centre / 250e-6 - 1 - 12 * step) < 0.02
@@ -110,7 +111,7 @@ def test_a_fall_that_has_come_beyond_the_limit_along_its_slope_does_not_show_an_
 def test_a_step_is_held_against_the_level_before_it(empty, tmp_path):
     """The order of all drops tells a drift; those before the step, which are the measure, lie on no slope."""
     comparison, verdict = wearing(empty, tmp_path, [0.0] * 16 + [0.08] * 16)[-1]
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert gap.drifts and gap.flag
     assert gap.difference.before.slope is None and len(gap.left_out) == 15
     assert verdict.word == "changed"
@@ -123,7 +124,7 @@ def test_a_step_that_no_drop_shows_alone_is_told_as_one_and_as_no_rate_a_drop(em
         radius = 1 + 0.03 * (i >= 14) + 0.02 * rng.uniform(-1, 1)
         drop = add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={("gap_um", "NDE"): radius})
     comparison, verdict = judged(empty, drop)
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert gap.drifts and not gap.flag
     assert gap.trend.step.index == 14
     assert gap.trend.grown == pytest.approx(0.03, abs=0.01)
@@ -135,7 +136,7 @@ def test_a_step_that_no_drop_shows_alone_is_told_as_one_and_as_no_rate_a_drop(em
 def test_an_even_wear_is_no_step_in_the_middle(empty, tmp_path):
     """The clearest split of a slope lies in its middle: page and figure told the drop there as the one that it began with."""
     comparison, _ = worn(empty, tmp_path, 12, 0.015)[-1]
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert gap.trend.change.p < 0.05 and gap.trend.step is None
     (table,) = (b for b in trends.section(comparison).blocks if isinstance(b, Table))
     (row,) = (each for each in table.rows if each.cells[0] == "Radius at rest, NDE")
@@ -151,7 +152,7 @@ def test_a_drop_that_stands_out_makes_no_slope_of_those_before_it(empty, tmp_pat
     for i, step in enumerate(steps):
         drop = add(empty, tmp_path, i, dropped=f"{1990 + i}-01-01", values={("gap_um", "NDE"): 1 + step})
     comparison, _ = judged(empty, drop)
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert order_p(level) > 0.05 > order_p(np.append(level, 0.08))
     assert gap.drifts and gap.flag and len(gap.left_out) == 4
     assert gap.difference.before.slope is None

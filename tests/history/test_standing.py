@@ -109,7 +109,7 @@ def test_what_changed_must_be_shown_again_to_clear_its_alarm(empty, tmp_path):
     for seed, lost, stands in ((7, "rebound_um", True), (8, "gap_um", False)):
         raw, machine = files(tmp_path, seed)
         made = filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}")
-        kept = tuple(f for f in made.features if (f.name, f.end) != (lost, "DE"))
+        kept = tuple(f for f in made.features if f.key != (lost, "DE"))
         empty.add(replace(made, features=kept), raw, machine)
         assert alarms(empty) == ([("drop_6.nc", "changed")] if stands else [])
 

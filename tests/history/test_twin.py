@@ -25,7 +25,7 @@ from tdbmon.record.read import read, write
 from tdbmon.record.same_samples import same_samples
 from tdbmon.shipped import shipped
 from tests.history.conftest import YEARS
-from tests.history.made import files, filing, fill, wrong
+from tests.history.made import add, files, filing, fill, wrong
 
 
 def test_the_same_measurement_in_another_file_is_refused(empty, tmp_path):
@@ -231,8 +231,7 @@ def test_all_drops_are_read_for_one_without_a_sound_release_alone(
     fill(empty, tmp_path, 3)
     assert read == []
     for seed, checks, filed_before in ((7, (check,), 3), (8, (), 1)):  # the second against the first alone
-        raw, machine = files(tmp_path, seed)
-        empty.add(filing(raw, machine, seed=seed, dropped=f"2021-01-{seed:02d}", failed_checks=checks), raw, machine)
+        add(empty, tmp_path, seed, dropped=f"2021-01-{seed:02d}", failed_checks=checks)
         assert len(read) == (filed_before if held_against_all else 0)
         read.clear()
 

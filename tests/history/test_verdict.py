@@ -15,6 +15,7 @@ from tdbmon.history.archive import open_archive
 from tdbmon.history.compare import compare
 from tdbmon.history.contract import comparison_json
 from tdbmon.history.machine_history import machine_history
+from tdbmon.history.standing import Judged
 from tdbmon.history.study import study_record
 from tdbmon.history.unfiled import as_drop
 from tdbmon.history.verdict import verdict_of
@@ -32,7 +33,7 @@ def test_with_too_few_drops_there_is_no_verdict_whatever_the_difference(empty, t
     assert verdict.word == "too few drops"
     assert not verdict.alarm
     assert comparison.flagged == ()
-    gap = next(c for c in comparison.changes if (c.kind.name, c.end) == ("gap_um", "NDE"))
+    gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert (gap.difference is None) == (count == 0)
     assert (gap.p_adjusted is None) == (count < 2)
 
@@ -42,7 +43,7 @@ def test_a_gross_change_is_flagged_with_its_size_and_only_it(empty, tmp_path):
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values={("gap_um", "NDE"): 1.15})
     comparison, verdict = judged(empty, drop)
     assert verdict.word == "changed"
-    assert [(c.kind.name, c.end) for c in comparison.flagged] == [("gap_um", "NDE")]
+    assert [c.key for c in comparison.flagged] == [("gap_um", "NDE")]
     (gap,) = comparison.flagged
     assert gap.difference.low < 0.15 * 250e-6 < gap.difference.high
     assert any("Radius at rest, NDE" in reason and "wear" in reason for reason in verdict.reasons)
@@ -85,7 +86,7 @@ def test_a_change_that_is_not_new_is_told_with_the_drop_where_it_began(empty, tm
     for i in (6, 7, 8):
         add(empty, tmp_path, i, dropped=f"2021-01-0{i}", values={("gap_um", "DE"): 1.15})
     found, verdict = judged(empty, empty.entries()[-1].id)
-    change = next(c for c in found.flagged if (c.kind.name, c.end) == ("gap_um", "DE"))
+    change = next(c for c in found.flagged if c.key == ("gap_um", "DE"))
     first = empty.entries()[6]
     assert change.since == first.id
     assert change.left_out == (first.id, empty.entries()[7].id)
@@ -103,11 +104,11 @@ def test_what_is_not_judged_is_told_beside_the_verdict_where_it_differs(empty, t
     assert verdict.word == "as before"
     assert not verdict.alarm
     assert comparison.flagged == ()
-    assert [(c.kind.name, c.end) for c in comparison.noted] == [("levitated_1x_um", "NDE")]
+    assert [c.key for c in comparison.noted] == [("levitated_1x_um", "NDE")]
     (said,) = [reason for reason in verdict.reasons if reason.startswith("beside the verdict")]
     assert "Once per revolution in levitation, NDE" in said
     assert "unbalance" in said
-    (row,) = [f for f in comparison_json(comparison, verdict)["features"] if f["noted"]]
+    (row,) = [f for f in comparison_json(Judged(comparison))["features"] if f["noted"]]
     assert row["name"] == "levitated_1x_um"
     assert not row["flag"]
     assert row["p_adjusted"] < 0.05
@@ -180,7 +181,7 @@ def test_so_many_differences_at_once_may_be_another_machine(empty, tmp_path):
     apart = ("gap_um", "gap_centre_x_um", "gap_centre_y_um", "stiffness_n_per_m", "decay_time_s", "keyphasor_ratio")
     fill(empty, tmp_path, 8)
     raw, machine = files(tmp_path, 50)
-    values = {(f.name, f.end): 1.5 for f in filing(raw, machine).features if f.name not in apart}
+    values = {f.key: 1.5 for f in filing(raw, machine).features if f.name not in apart}
     values = {key: 1.5 for key in values if not key[0].startswith(("levitated", "initial"))}
     drop = add(empty, tmp_path, 50, dropped="2021-01-01", values=values)
     _, verdict = judged(empty, drop)
@@ -269,7 +270,7 @@ def test_a_form_that_comes_now_and_then_is_a_change_the_first_time_only(empty, t
     assert found[6][1].word == "changed"
     comparison, verdict = found[20]
     assert verdict.word == ("as before" if told else "changed")
-    (change,) = (c for c in comparison.changes if (c.kind.name, c.end) == (name, end))
+    (change,) = (c for c in comparison.changes if c.key == (name, end))
     assert change.p_adjusted < 0.05
     assert change.flag == (not told)
     names = [comparison.record(drop) for drop in change.as_in]

@@ -6,6 +6,7 @@ from functools import partial
 
 from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
+from tdbmon.history.not_compared import by_reason
 from tdbmon.history.summary import seen_from, values_of
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
@@ -45,13 +46,10 @@ def section(comparison: Comparison) -> Section | None:
             " at the release and fatigue do not count towards the verdict; their p is corrected for their own number."
         )
     )
-    missing = [c for c in (*comparison.changes, *comparison.untold) if c.difference is None]
+    missing = by_reason(c for c in (*comparison.changes, *comparison.untold) if c.difference is None)
     if missing:
-        reasons: dict[str, list[str]] = {}
-        for change in missing:
-            reasons.setdefault(change.why, []).append(change.title)
-        rows_ = tuple(Row(("; ".join(titles), why)) for why, titles in reasons.items())
-        blocks.append(Table("Not compared", ("Quantities", "Why"), rows_))
+        untold = tuple(Row(("; ".join(change.title for change in alike), why)) for why, alike in missing.items())
+        blocks.append(Table("Not compared", ("Quantities", "Why"), untold))
     return Section("What differs", tuple(blocks))
 
 

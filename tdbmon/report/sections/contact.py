@@ -8,7 +8,7 @@ from tdbmon.analysis.contact_events import Contact
 from tdbmon.analysis.result import Analysis, EndResult
 from tdbmon.analysis.summary import FORCES_TELL
 from tdbmon.estimate import Estimate, since
-from tdbmon.quantity import words
+from tdbmon.quantity import whole_degrees, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 from tdbmon.report.sections.findings import RESTITUTION, above_one, record_time
 from tdbmon.report.sections.left_out import left_out
@@ -18,45 +18,36 @@ _LISTED = 10
 
 def section(analysis: Analysis, fitted: bool = False) -> Section | None:
     """Return the contacts; where the simulation is `fitted`, its sections follow and need no hint."""
-    if not any(end.contacts is not None and end.contacts.events for end in analysis.ends.values()):
+    ends = list(analysis.ends.values())
+    if not any(end.events for end in ends):
         return None
-    ends = [end for end in analysis.ends.values() if end.contacts is not None and end.contacts.first is not None]
     release = analysis.release_time
     blocks: list[Block] = [
         Paragraph(f"The first contact at {end.name} is not estimated: {end.no_contact}.")
-        for end in analysis.ends.values()
-        if end not in ends
+        for end in ends
+        if end.first_contact is None
     ]
     blocks += [sentence(FORCES_TELL)] * (analysis.forces_tell_contacts and not fitted)
-    if ends:
-        blocks = _first(analysis, ends, release, blocks)
-    blocks += [
-        _list(end.name, end.contacts.events, release)
-        for end in analysis.ends.values()
-        if end.contacts is not None and end.contacts.events
-    ]
-    return Section("First contact" if ends else "Contacts", tuple(blocks))
+    told = [end for end in ends if end.first_contact is not None]
+    if told:
+        blocks = _first(analysis, told, blocks)
+    blocks += [_list(end.name, end.events, release) for end in ends if end.events]
+    return Section("First contact" if told else "Contacts", tuple(blocks))
 
 
-def _first(analysis: Analysis, ends: list[EndResult], release: Estimate, missing: list[Block]) -> list[Block]:
+def _first(analysis: Analysis, ends: list[EndResult], missing: list[Block]) -> list[Block]:
     """Return the quantities of the first contacts and their figure."""
     from tdbmon.figures.first_contact import first_contact, touched_ends
 
     rows = []
     for name, unit, pick in _QUANTITIES:
-        found: list[Estimate] = []
-        beside = []
-        for end in ends:
-            contacts = end.contacts
-            first = contacts.first if contacts is not None else None
-            if first is None:
-                continue
-            estimate = getattr(first, pick)
-            found.append(since(estimate, release) if unit == "release" else estimate)
-            beside.append(record_time(estimate) if unit == "release" else "")
-        shown = None if unit == "release" else unit
+        found: list[Estimate] = [getattr(end.first_contact, pick) for end in ends]
+        if unit == "release":
+            cells = [words(since(each, analysis.release_time)) + record_time(each) for each in found]
+        else:
+            cells = [words(each, unit) for each in found]
         name += above_one(found) if pick == "restitution" else ""
-        rows.append(Row((name, *(words(each, shown) + there for each, there in zip(found, beside, strict=True)))))
+        rows.append(Row((name, *cells)))
     rows.append(Row(("Single-mass stiffness π² M/(t₂ − t₁)²", *(words(end.stiffness) for end in ends))))
     rows.append(Row(("Static load", *(f"{end.load:.0f} N (from the machine file)" for end in ends))))
     header = ("Quantity", *(end.name for end in ends))
@@ -100,7 +91,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
                 f"{i + 1}",
                 f"{(c.start - origin) * 1e3:.2f} ms",
                 f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "not seen whole",
-                _degrees(c.angle),
+                whole_degrees(c.angle),
                 f"{c.depth * 1e6:.0f} µm",
             )
         )
@@ -110,9 +101,3 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
     start = "from the release" if release.known else "from the first sample"
     header = ("Contact", f"Begins, {start}", "Duration", "Direction from +x", "Depth beyond the touching radius")
     return Table(f"{end}: contacts before settling{more}", header, rows)
-
-
-def _degrees(angle: float) -> str:
-    from math import degrees
-
-    return f"{degrees(angle):.0f}°".replace("-", "−")

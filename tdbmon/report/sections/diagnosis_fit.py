@@ -4,20 +4,16 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.verdict import Kind
+from tdbmon.diagnosis.evidence import EXTENDED, Evidence
 from tdbmon.report.document import Block, Figure, Paragraph, Section
 
 
 def plain(evidence: Evidence) -> Section:
     """Return the plain model's simulation over the readings."""
-    from tdbmon.figures.measured_against_simulated import PLAIN, measured_against_simulated
+    from tdbmon.figures.measured_against_simulated import measured_against_simulated
 
     diagnosis = evidence.diagnosis
     drops = "all drops at once" if len(evidence.plain_left) > 1 else "the drop"
-    models = {PLAIN: evidence.plain_left}
-    if evidence.extended is not None:
-        models["extended model"] = evidence.extended_left
     blocks: list[Block] = [
         Paragraph(
             f"The plain model was fitted to {drops}, within the tolerances of the machine file, to"
@@ -31,7 +27,7 @@ def plain(evidence: Evidence) -> Section:
             "Each probe's reading with the simulations over it, and below it what they leave, with twice the noise in grey."
             + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
-            partial(measured_against_simulated, models, evidence.shown),
+            partial(measured_against_simulated, evidence.left, evidence.shown),
         ),
     ]
     return Section("Measured against the plain model", tuple(blocks))
@@ -48,7 +44,7 @@ def extended(evidence: Evidence) -> Section | None:
         return None
     from tdbmon.figures.measured_against_simulated import measured_against_simulated
 
-    believed = evidence.diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+    believed = evidence.diagnosis.verdict.believes
     what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
     blocks: list[Block] = [
         Paragraph(
@@ -60,7 +56,7 @@ def extended(evidence: Evidence) -> Section | None:
             "As above with the extended model alone, so that the scale of what is left is its own."
             + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
-            partial(measured_against_simulated, {"extended model": evidence.extended_left}, evidence.shown),
+            partial(measured_against_simulated, {EXTENDED: evidence.extended_left}, evidence.shown),
         ),
     ]
     return Section("Measured against the extended model", tuple(blocks))

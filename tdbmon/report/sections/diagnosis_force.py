@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
 from tdbsim.columns import GAP
 
-from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.evidence import PLAIN, Evidence
 from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
-from tdbmon.quantity import percent
+from tdbmon.quantity import percent, whole_degrees
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 _STRAIGHT = 0.5  # from which on a force has a line
@@ -43,7 +42,7 @@ def section(evidence: Evidence) -> Section:
             " contact; one in a contact says that gap, stiffness, damping or friction act otherwise than in the model."
             + evidence.selection,
             "For each end, x and y of the missing force against time, with band, for some drops side by side.",
-            partial(force_against_time, [forces[k] for k in shown], ends, [speeds[k] for k in shown], "plain model"),
+            partial(force_against_time, [forces[k] for k in shown], ends, [speeds[k] for k in shown], PLAIN),
         ),
         Figure(
             "residual-force-place",
@@ -53,7 +52,7 @@ def section(evidence: Evidence) -> Section:
             "For each end, arrows in the clearance circle, and radial and tangential force against angle.",
             partial(force_against_place, forces, ends, gaps, speeds),
         ),
-        table("plain model", forces, ends),
+        table(PLAIN, forces, ends),
     ]
     return Section("The force that is missing", tuple(blocks))
 
@@ -84,5 +83,5 @@ def _along(found: Summary) -> str:
     if found.straight < _STRAIGHT:
         return "no one line"
     if abs(found.mean) > _ONE_SIDED * found.rms:
-        return f"to {math.degrees(np.angle(found.mean)):.0f}°".replace("-", "−")
-    return f"to and fro, {math.degrees(found.axis):.0f}°".replace("-", "−")
+        return f"to {whole_degrees(float(np.angle(found.mean)))}"
+    return f"to and fro, {whole_degrees(found.axis)}"

@@ -6,7 +6,6 @@ from functools import partial
 
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.held_out import HeldOut, Judge
-from tdbmon.diagnosis.verdict import Kind
 from tdbmon.quantity import percent
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, Tone, Verdict
 
@@ -22,7 +21,7 @@ def section(evidence: Evidence) -> Section | None:
         return Section(title, (Paragraph("No drop could be held out, so no gain is proved."),))
     from tdbmon.figures.extended_gain import extended_gain
 
-    believed = diagnosis.verdict.kind in (Kind.NAMED, Kind.AMBIGUOUS)
+    believed = diagnosis.verdict.believes
     tone: Tone = "attention" if not believed else "good" if diagnosis.verdict.doubt is None else "plain"
     if proof.gain is None:
         said = Verdict(f"The plain model leaves hardly more than noise there: {_beside_readings(proof)}.")

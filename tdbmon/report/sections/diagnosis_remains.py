@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from tdbmon.diagnosis.contender import EXPLAINED
-from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.evidence import EXTENDED, PLAIN, Evidence
 from tdbmon.diagnosis.left_over import Line, spectra
 from tdbmon.diagnosis.unexplained import Unexplained, unexplained
 from tdbmon.report.document import Block, Figure, Paragraph, Section, Verdict, sentence
@@ -18,7 +18,7 @@ def remains(evidence: Evidence) -> Section:
     """Return how much is left, where it is loudest, and the force that it stands for."""
     best = evidence.diagnosis.best
     left = unexplained(best)
-    name = "plain model" if evidence.extended is None else f"model with {best.words}"
+    name = PLAIN if evidence.extended is None else f"model with {best.words}"
     blocks: list[Block] = []
     if best.ratio <= EXPLAINED:
         said = (
@@ -48,7 +48,7 @@ def remains(evidence: Evidence) -> Section:
         blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
     if evidence.extended is not None:
         blocks.append(_force(evidence))
-        blocks.append(table("extended model", evidence.extended_force, evidence.diagnosis.machine.ends))
+        blocks.append(table(EXTENDED, evidence.extended_force, evidence.diagnosis.machine.ends))
         blocks.append(Paragraph(_against_contacts(evidence)))
     blocks += [Paragraph(f"Beside the verdict: {sentence(each).text}") for each in evidence.diagnosis.aside]
     return Section("What remains unexplained", tuple(blocks))
@@ -91,7 +91,7 @@ def _force(evidence: Evidence) -> Figure:
         "The force that is still missing with the extended model, found as above. Within its band there is nothing that"
         f" the probes could show.{evidence.selection}",
         "For each end, x and y of the force that is missing still, against time, for some drops side by side.",
-        partial(force_against_time, forces, evidence.diagnosis.machine.ends, speeds, "extended model"),
+        partial(force_against_time, forces, evidence.diagnosis.machine.ends, speeds, EXTENDED),
     )
 
 

@@ -20,21 +20,16 @@ def section(evidence: Evidence) -> Section:
     from tdbmon.figures.residual_spectrum import residual_spectrum
 
     machine = evidence.diagnosis.machine
-    models = {"plain model": evidence.plain_left}
-    if evidence.extended is not None:
-        models["extended model"] = evidence.extended_left
     blocks: list[Block] = [
         Figure(
             "residual-map",
             "When each probe leaves the noise. A late and gradual rise is how simulations with impacts grow apart; an effect"
             " shows by an early one, or by one end or probe alone.",
             "A heat map: a row a probe of each drop, a column half a millisecond, colour how many times the noise.",
-            partial(residual_map, models),
+            partial(residual_map, evidence.left),
         ),
-        phase_table("plain model", evidence.plain_left, evidence),
+        *(phase_table(model, drops, evidence) for model, drops in evidence.left.items()),
     ]
-    if evidence.extended is not None:
-        blocks.append(phase_table("extended model", evidence.extended_left, evidence))
     told = [left for left in evidence.plain_left if left.sees_ends]
     if not told:
         blocks.append(
@@ -80,12 +75,9 @@ def phase_table(model: str, drops: Sequence[LeftOver], evidence: Evidence) -> Ta
 def _directions(evidence: Evidence) -> Table:
     header = ("End, model", *DIRECTIONS)
     rows = []
-    models = [("plain", evidence.plain_left)]
-    if evidence.extended is not None:
-        models.append(("extended", evidence.extended_left))
-    for model, drops in models:
+    for model, drops in evidence.left.items():
         for end, values in zip(evidence.diagnosis.machine.ends, by_direction(drops), strict=True):
-            rows.append(Row((f"{end}, {model}", *(_times(value) for value in values))))
+            rows.append(Row((f"{end}, {model.removesuffix(' model')}", *(_times(value) for value in values))))
     caption = (
         "Residual by direction from the release on, rms over that of the noise (x right, y up; radial away from the"
         " bearing's centre, tangential a quarter turn counter-clockwise from it)"

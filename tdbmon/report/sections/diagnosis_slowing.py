@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from functools import partial
 
-from tdbmon.diagnosis.evidence import Evidence
+from tdbmon.diagnosis.evidence import EXTENDED, PLAIN, Evidence
 from tdbmon.diagnosis.slows_otherwise import lag_beside_drag, torque_in_words, torques_beside_lag
 from tdbmon.identify.slowing import factors_of
 from tdbmon.report.document import Figure, Paragraph, Section
@@ -14,12 +14,11 @@ def section(evidence: Evidence) -> Section | None:
     """Return the shaft's angle, measured less simulated; None where no keyphasor tells."""
     if evidence.plain_slowing is None:
         return None
-    from tdbmon.figures.measured_against_simulated import PLAIN
     from tdbmon.figures.slowing import slowing
 
     models = {PLAIN: (factors_of(evidence.plain_slowing), evidence.plain_slowing)}
     if evidence.extended_slowing is not None:
-        models["extended model"] = (factors_of(evidence.extended_slowing), evidence.extended_slowing)
+        models[EXTENDED] = (factors_of(evidence.extended_slowing), evidence.extended_slowing)
     counted = " and ".join(f"{factors.lag:.2f} times ({name})" for name, (factors, _) in models.items())
     drags = " and ".join(
         f"{factors.drag:.2f} times ({name})" for name, (factors, _) in models.items() if factors.drag != 1.0

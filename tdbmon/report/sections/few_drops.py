@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from tdbmon.estimate import Estimate
 from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
 from tdbmon.quantity import counted, short, words
@@ -20,8 +19,7 @@ def section(comparison: Comparison) -> Section | None:
     shown = before[-_SHOWN:]
     rows = []
     for change in comparison.changes:
-        width = _width(change.estimate)
-        values = {drop: short(e, width) for drop, e in change.earlier}
+        values = {drop: short(e, change.estimate.width) for drop, e in change.earlier}
         own = words(change.estimate) if change.estimate.known else "–"
         rows.append(Row((change.title, own, *(values.get(entry.id, "–") for entry in shown))))
     header = ("Quantity", comparison.entry.raw_name, *(entry.raw_name for entry in shown))
@@ -29,11 +27,6 @@ def section(comparison: Comparison) -> Section | None:
         "Values of this drop",
         (Paragraph(_missing(comparison)), Table("This drop beside the matching drops before", header, tuple(rows))),
     )
-
-
-def _width(estimate: Estimate) -> float | None:
-    """Return the width of an estimate's interval; None where it has none."""
-    return None if estimate.low is None or estimate.high is None else estimate.high - estimate.low
 
 
 def _missing(comparison: Comparison) -> str:

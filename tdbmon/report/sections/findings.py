@@ -30,6 +30,11 @@ def above_one(restitutions: Iterable[Estimate]) -> str:
     return ABOVE_ONE if any((estimate.value or 0.0) > 1 for estimate in restitutions) else ""
 
 
+def all_findings(analysis: Analysis) -> list[Finding]:
+    """Quantities of the rotor and of all ends."""
+    return rotor_findings(analysis) + [f for end in analysis.ends.values() for f in end_findings(analysis, end)]
+
+
 def rotor_findings(analysis: Analysis) -> list[Finding]:
     """Quantities of the whole rotor."""
     rundown = analysis.rundown

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -47,38 +48,6 @@ def section(fitted: FittedDrop) -> Section:
     if drop.withheld:
         return Section(_TITLE, (*_withheld(fitted), *(_drops(fitted) if fitted.others else ()), fitted_values(fitted)))
     ends = drop.ends.values()
-    rows = [
-        *hardest(drop),
-        Row(("Mean stress while loaded", *(f"{end.stress.mean / 1e6:.0f} MPa" for end in ends))),
-        Row(
-            (
-                "Median (quartiles)",
-                *(
-                    f"{e.stress.median / 1e6:.0f} ({e.stress.q1 / 1e6:.0f} to {e.stress.q3 / 1e6:.0f}) MPa"
-                    for e in ends
-                ),
-            )
-        ),
-        Row(
-            (
-                "Peaks beyond three standard deviations",
-                *(_beyond(e.stress.outliers, e.stress.outlier_level) for e in ends),
-            )
-        ),
-        Row(("Peaks beyond Tukey's fence", *(_beyond(e.stress.tukey, e.stress.tukey_level) for e in ends))),
-        Row(
-            (
-                "Impulse of the normal force, all contacts",
-                *(_impulse(e.impulse, e.impulse_low, e.impulse_high) for e in ends),
-            )
-        ),
-        Row(
-            (
-                "Inner ring at shaft speed, after the release",
-                *(words(e.ring_at_speed) + why_no_interval(e.ring_at_speed) for e in ends),
-            )
-        ),
-    ]
     blocks: list[Block] = [
         Paragraph(
             f"No sensor measures these. The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the"
@@ -88,7 +57,7 @@ def section(fitted: FittedDrop) -> Section:
             f" {drop.seconds:g} s."
         ),
         *_remarks(fitted),
-        Table("Forces and stresses (95 % intervals of the fit)", ("Quantity", *drop.ends), tuple(rows)),
+        Table("Forces and stresses (95 % intervals of the fit)", ("Quantity", *drop.ends), _rows(drop)),
         Paragraph(_STEEP),
         Paragraph(
             f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"
@@ -118,6 +87,28 @@ def section(fitted: FittedDrop) -> Section:
         fitted_values(fitted),
     ]
     return Section(_TITLE, tuple(blocks))
+
+
+_ROWS: tuple[tuple[str, Callable[[EndForces], str]], ...] = (
+    ("Mean stress while loaded", lambda end: f"{end.stress.mean / 1e6:.0f} MPa"),
+    ("Median (quartiles)", lambda end: _quartiles(end.stress)),
+    ("Peaks beyond three standard deviations", lambda end: _beyond(end.stress.outliers, end.stress.outlier_level)),
+    ("Peaks beyond Tukey's fence", lambda end: _beyond(end.stress.tukey, end.stress.tukey_level)),
+    ("Impulse of the normal force, all contacts", lambda e: _impulse(e.impulse, e.impulse_low, e.impulse_high)),
+    (
+        "Inner ring at shaft speed, after the release",
+        lambda end: words(end.ring_at_speed) + why_no_interval(end.ring_at_speed),
+    ),
+)
+
+
+def _rows(drop: DropForces) -> tuple[Row, ...]:
+    """Return forces and stresses of each end as rows."""
+    return (*hardest(drop), *(Row((name, *map(told, drop.ends.values()))) for name, told in _ROWS))
+
+
+def _quartiles(stress: Stress) -> str:
+    return f"{stress.median / 1e6:.0f} ({stress.q1 / 1e6:.0f} to {stress.q3 / 1e6:.0f}) MPa"
 
 
 def _withheld(fitted: FittedDrop) -> list[Block]:

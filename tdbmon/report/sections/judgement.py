@@ -14,7 +14,6 @@ from tdbmon.history.not_compared import not_compared_sentences
 from tdbmon.history.sight import Sight, sights
 from tdbmon.history.speed_class import STANDSTILL, stood
 from tdbmon.history.standing import Judged
-from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import decapitalised, percent, short, stated_percent
 from tdbmon.quantity import words as quantity
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table, Tone, sentence
@@ -48,13 +47,14 @@ def standing_blocks(standing: Sequence[Judged]) -> list[Block]:
     return [*blocks, Paragraph(STANDING)] if blocks else []
 
 
-def section(comparison: Comparison, verdict: Verdict, standing: Sequence[Judged]) -> Section:
+def section(judged: Judged, standing: Sequence[Judged]) -> Section:
     """Return the verdict, and the alarms of earlier drops that stand beside it."""
+    comparison, verdict = judged.comparison, judged.verdict
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
     blocks: list[Block] = [Finding(words, tone), *map(sentence, verdict.reasons)]
     blocks += map(sentence, not_compared_sentences(comparison))
-    blocks += next_steps.blocks(comparison, verdict)
+    blocks += next_steps.blocks(judged)
     blocks += standing_blocks(standing)
     blocks += _hit(comparison)
     rows = [

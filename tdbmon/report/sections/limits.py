@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
-from tdbmon.report.sections.findings import end_findings, rotor_findings
+from tdbmon.report.sections.findings import all_findings
 
 _MODEL = "displacement alone does not give it: it needs the simulation fitted to the record (tdbmon analyse --forces)"
 
@@ -18,9 +18,8 @@ def section(analysis: Analysis, fitted: bool = False) -> Section:
             Row(("Support stiffness and damping apart", "both", _MODEL)),
             Row(("Speed of the inner rings", "both", "no channel shows it")),
         ]
-    findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
     missing: dict[tuple[str, str], list[str]] = {}
-    for finding in findings:
+    for finding in all_findings(analysis):
         if not finding.estimate.known:
             missing.setdefault((finding.end or "rotor", finding.estimate.why), []).append(finding.name)
     rows += [Row(("; ".join(names), end, why)) for (end, why), names in missing.items()]

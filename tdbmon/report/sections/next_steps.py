@@ -9,23 +9,23 @@ from tdbmon.history.change import Change
 from tdbmon.history.compare import Comparison
 from tdbmon.history.headroom import Headroom, headroom
 from tdbmon.history.matching import doubted_probes
+from tdbmon.history.standing import Judged
 from tdbmon.history.summary import difference_of
-from tdbmon.history.verdict import Verdict
 from tdbmon.quantity import counted, percent, short, stated_percent, words
 from tdbmon.report.document import Block, Row, Table
 
 _DROPS = 3  # of each condition, for a diagnosis: it proves what it finds on one that it holds out
 
 
-def blocks(comparison: Comparison, verdict: Verdict) -> list[Block]:
+def blocks(judged: Judged) -> list[Block]:
     """Return the room that gaps have and the next steps; nothing where no alarm asks for any."""
-    grown = headroom(comparison)
+    grown = headroom(judged.comparison)
     found: list[Block] = []
     if grown:
         header = ("Quantity", "Grown by", "As growth of the radius at rest", "Limit", "Left")
         found.append(Table("How far the gap is from its limit", header, tuple(map(_room, grown))))
-    if verdict.word in ("inspect", "changed"):
-        found.append(Table("What to do next", ("What", "How"), tuple(_steps(comparison, verdict))))
+    if judged.verdict.word in ("inspect", "changed"):
+        found.append(Table("What to do next", ("What", "How"), tuple(_steps(judged))))
     return found
 
 
@@ -52,7 +52,8 @@ def _length(length: float) -> str:
     return short(Estimate(length, unit="um"), 1e-5)
 
 
-def _steps(comparison: Comparison, verdict: Verdict) -> list[Row]:
+def _steps(judged: Judged) -> list[Row]:
+    comparison = judged.comparison
     entry, flagged = comparison.entry, comparison.flagged
     failed = doubted_probes(entry.failed_checks)
     grown = {each.change.end for each in headroom(comparison)}
@@ -63,7 +64,7 @@ def _steps(comparison: Comparison, verdict: Verdict) -> list[Row]:
     rows = []
     if failed:
         rows.append(Row(("See to the probes first", f"checks failed: {', '.join(failed)}; then drop again")))
-    if verdict.word == "inspect":
+    if judged.verdict.word == "inspect":
         rows.append(
             Row(("Inspect", f"the touchdown bearings{where} before the next start: journal, rings, balls, support"))
         )

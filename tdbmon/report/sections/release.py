@@ -103,7 +103,7 @@ def _figures(analysis: Analysis) -> list[Block]:
     from tdbmon.figures.time_history import time_history
 
     time = analysis.planes.time.to_numpy()  # type: ignore[union-attr]
-    release = analysis.release.time.value if analysis.release is not None else None
+    release = analysis.released
     begin = float(time[0]) if release is None else max(float(time[0]), release - 0.02)
     end = min(begin + _FIRST_S, float(time[-1]))
     first = Figure(
@@ -130,8 +130,8 @@ def _reading(analysis: Analysis, begin: float, end: float) -> str:
     words = ""
     if any(has_circle(analysis, name) for name in ends):
         words += " Dashed: how far the shaft centre lies from the clearance centre at rest."
-    found = [contacts for name in ends if (contacts := analysis.ends[name].contacts) is not None]
-    if shows_touches(begin, end) and any(begin <= event.start <= end for each in found for event in each.events):
+    events = [event for name in ends for event in analysis.ends[name].events]
+    if shows_touches(begin, end) and any(begin <= event.start <= end for event in events):
         words += " Triangles: touches of that end."
     return words + (" Shading: phases." if analysis.phases else "")
 

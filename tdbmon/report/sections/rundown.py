@@ -118,16 +118,15 @@ def _parameter(rundown: RunDown, key: str, value: Estimate) -> str:
 
     The decay time's interval in the table above also holds what the law may lack, and tells its digits.
     """
-    above = rundown.decay_time
-    if key == "decay_time_s" and above.low is not None and above.high is not None:
-        return f"{short(value, above.high - above.low)} (interval above)"
+    width = rundown.decay_time.width
+    if key == "decay_time_s" and width is not None:
+        return f"{short(value, width)} (interval above)"
     return words(value)
 
 
 def _unused(_: str, value: Estimate) -> str:
     """Return a parameter of a law that does not hold: it says nothing as sure as its noise."""
-    width = 0.0 if value.low is None or value.high is None else value.high - value.low
-    return "nought within its noise" if abs(value.value or 0.0) < _NOUGHT * width else short(value)
+    return "nought within its noise" if abs(value.value or 0.0) < _NOUGHT * (value.width or 0.0) else short(value)
 
 
 def _millihertz(value: float) -> str:

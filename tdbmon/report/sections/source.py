@@ -9,7 +9,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.analysis.summary import weight
 from tdbmon.record.timebase import usual_rate
 from tdbmon.report.document import Row, Section, Table
-from tdbmon.report.sections.findings import end_findings, rotor_findings
+from tdbmon.report.sections.findings import all_findings
 
 
 def section(analysis: Analysis) -> Section:
@@ -34,7 +34,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Rotation", "counter-clockwise" if analysis.machine.sense > 0 else "clockwise")),
         Row(("Program", f"tdbmon {__version__}")),
     ]
-    findings = [*rotor_findings(analysis), *(f for end in analysis.ends.values() for f in end_findings(analysis, end))]
+    findings = all_findings(analysis)
     methods = dict.fromkeys((f.name, f.estimate.method) for f in findings if f.estimate.known and f.estimate.method)
     return Section(
         "Source and methods",

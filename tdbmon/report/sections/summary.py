@@ -73,6 +73,19 @@ def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
         return f"The rotor of “{analysis.machine.name}” levitates throughout the record{when}, at {speed}: {NO_DROP}."
     parts.append(f"The rotor of “{analysis.machine.name}” was dropped{when} from {speed}.")
     parts += [f"End {end.name} {end.held}." for end in analysis.ends.values() if end.held]
+    parts += _contacts_made(analysis, fitted)
+    if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
+        verb = "stood still" if still.low is not None else "would stand still, if the fitted law held down to rest,"
+        parts.append(f"It {verb} {words(still)} after the record's first sample.")
+    elif analysis.rundown is not None:
+        parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
+    if not (release := analysis.release_time).known:
+        parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
+    return " ".join(parts)
+
+
+def _contacts_made(analysis: Analysis, fitted: FittedDrop | None) -> list[str]:
+    """Say how many contacts there were and until when, or that they are not counted."""
     counts, untold = [], []
     for end in analysis.ends.values():
         if end.held:
@@ -91,19 +104,10 @@ def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
         rings = "the ring" if any(end.held for end in analysis.ends.values()) else "both rings"
         after = f" until it stayed on {rings} {words(settle)} after the release" if settle.known else ""
         lost = f"; those at {untold[0]} are not known, for the reason below" if untold else ""
-        parts.append(f"It made {' and '.join(counts)}{after}{lost}.")
-    elif analysis.ends:
-        parts.append(
-            "Contacts are not counted from the displacement alone, for the reason below." + _in_the_fit(fitted)
-        )
-    if analysis.rundown is not None and (still := analysis.rundown.standstill_time).known:
-        verb = "stood still" if still.low is not None else "would stand still, if the fitted law held down to rest,"
-        parts.append(f"It {verb} {words(still)} after the record's first sample.")
-    elif analysis.rundown is not None:
-        parts.append(f"Its standstill is not known: {analysis.rundown.standstill_time.why}.")
-    if not (release := analysis.release_time).known:
-        parts.append(f"When it was released is not known ({release.why}), so that times count from the first sample.")
-    return " ".join(parts)
+        return [f"It made {' and '.join(counts)}{after}{lost}."]
+    if analysis.ends:
+        return ["Contacts are not counted from the displacement alone, for the reason below." + _in_the_fit(fitted)]
+    return []
 
 
 def _in_the_fit(fitted: FittedDrop | None) -> str:

@@ -37,7 +37,7 @@ def section(comparison: Comparison) -> Section | None:
             continue
         point = "–"
         if trend.step is not None:
-            drop = change.trend_drops(comparison.entry.id)[trend.step.index]
+            drop = comparison.drop_at(change, trend.step.index)
             point = f"from {comparison.record(drop)} on, p = {trend.step.p:.2g}"
         rows.append(Row((change.title, words(trend.slope), f"{trend.p:.2g}", point)))
     return Section(
