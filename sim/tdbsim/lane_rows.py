@@ -192,7 +192,7 @@ def fill_gyro(gyro, rows):  # type: ignore[no-untyped-def]
 
 @called
 def flagged(columns, column):  # type: ignore[no-untyped-def]
-    """Return as bits which lanes have a nonzero value in a column of (lanes, columns)."""
+    """Return as bits which lanes have a positive value in a column of (lanes, columns)."""
     found = 0
     for a in range(LANES):
         if columns[a, column] > 0.0:

@@ -453,7 +453,7 @@ def load_machine(path: str | Path) -> Machine:
 
 def parse_machine(data: dict[str, Any], source: str = "machine") -> Machine:
     """Validate a machine given as the dictionary of its TOML file (see `load_machine`)."""
-    from tdbsim.stated_effects import all_effects  # which import the machine
+    from tdbsim.stated_effects import all_effects  # here, since it imports this module
 
     try:
         machine = Machine.model_validate(data)

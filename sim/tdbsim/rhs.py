@@ -220,7 +220,7 @@ def derivative(m, t, y, dy):  # type: ignore[no-untyped-def]
     dy[state_layout.omega(n)] = alpha
     dy[ledger + WINDAGE] = -m.spin[INERTIA] * windage * omega
 
-    # unbalance, bow, gyroscopics
+    # unbalance, bow, gyroscopic coupling
     angle = y[state_layout.shaft_angle(n)]
     cosine = math.cos(angle)
     sine = math.sin(angle)

@@ -27,9 +27,7 @@ Array = NDArray[np.float64]
 
 _CODES = np.iinfo(np.int16)
 _PULSE = 0.03  # of the pulse spacing: width of a usual mark
-_PLAY = (
-    1e-3  # of the pulse spacing: hysteresis of the trigger; smaller turns back, as of a trembling shaft, have no effect
-)
+_PLAY = 1e-3  # of the pulse spacing: hysteresis of the trigger, so that a trembling shaft gives no pulses
 _PULSE_SAMPLES = 3  # least width of a pulse in samples: a narrower one may fall between samples
 _FEWEST_SAMPLES = 4  # from pulse to pulse, two per level; with fewer, pulses are lost
 _GOOD_SAMPLES = 8  # from pulse to pulse; with four, intervals round to 3 and 5, which looks like missed pulses

@@ -62,7 +62,7 @@ def rest(m, end):  # type: ignore[no-untyped-def]
         u += share * du
         v += share * dv
         fx, fy = kx, ky
-    if not seated:  # a light ring on preloaded balls: its weight is below the rounding of their loads
+    if not seated:  # a light ring between heavily loaded balls: its weight is below the rounding of their loads
         seated = math.hypot(du, dv) < _STILL
     return x + u, y + v + base, x, y + base, 0.0, base, found and seated
 

@@ -43,9 +43,7 @@ Array = NDArray[np.float64]
 _TOUCHED = 0.6  # of the smallest gap: a shaft that moves less never touched, or the gap is stated as a diameter
 USUAL_DIVERGENCE = 42.0  # 1/s, divergence rate of neighbouring paths (median of drops with contact at both ends)
 LEAD_S = 0.008  # simulated before the first guess of the release: the uncertainty of that guess
-_CLEAR_S = (
-    0.003  # before the first guess of the release, left out of the levitated stretch: the guess may be late by that
-)
+_CLEAR_S = 0.003  # before the first guess of the release, which may be late, kept out of the levitated stretch
 _COUNTED_S = 0.065  # in a usual gap: span after the release in which a probe's samples are counted
 _LEAST_PRESENT = 0.6  # of these samples, that must be present
 _FEWEST_LEVITATED = 64  # samples before the release for noise and orbit, however lately the drive has tripped

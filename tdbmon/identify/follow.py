@@ -103,9 +103,7 @@ class _Continuation:
         self._starts = [problem.start]
         self._noise = 0.0  # misfit that noise alone would leave
         self._fails = False
-        self._clearances_gain = (
-            True  # fits begun at neighbouring clearances have gained something, or were not tried yet
-        )
+        self._clearances_gain = True  # of fits begun at neighbouring clearances, where tried
         self._touched = _first_beyond(horizons, self.stages.touched)
         self._cage_searches = [_first_beyond(horizons, instant) for instant in self.stages.all_at(_CAGE_SEARCHES)]
 

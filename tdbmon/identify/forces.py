@@ -347,13 +347,13 @@ def _contacts(time: Array, normal: Array, parted: float, seconds: float) -> tupl
     for k, (begin, stop) in enumerate(spans):
         if stop >= len(time) or time[stop - 1] >= parted:
             break
-        if stop - begin < 2:  # a rub of one sample
+        if stop - begin < 2:  # a grazing contact of one sample
             continue
         left = (spans[k - 1][1] + begin) // 2 if k else 0
         right = (stop + spans[k + 1][0]) // 2 if k + 1 < len(spans) else len(time)
         part = normal[:, left:right]
         peaks = part.max(axis=1)
-        if np.median(peaks) == 0.0:  # a rub that most members miss
+        if np.median(peaks) == 0.0:  # a grazing contact that most members miss
             continue
         impulse, impulse_low, impulse_high = _impulse(part, time[left:right])
         found.append(

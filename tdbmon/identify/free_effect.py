@@ -1,4 +1,4 @@
-"""An effect of the catalogue at a place, with parameters that a fit may move."""
+"""An effect of the catalogue at a place, with parameters free in a fit."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _ROUNDS = 3  # of fitting orbit and colour alternately
 _LEAST_PART = 0.75  # of a turn or of a period of hum, needed to separate it from the mean
 _LEAST_HUM = 1.5  # periods, needed to separate hum from the bend of an orbit that is not determined itself
 _UNDETERMINED = (
-    3e-6  # m, size of an undetermined orbit: the runout of a good probe track is 6 um pk-pk (API 670, 5th ed., 6.1.2)
+    3e-6  # m, of an undetermined orbit: runout of a good probe track is 6 um pk-pk (API 670, 5th ed., 6.1.2)
 )
 
 

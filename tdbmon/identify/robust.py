@@ -11,9 +11,7 @@ from tdbmon.identify.prediction import DECELERATION
 
 Array = NDArray[np.float64]
 
-FLOOR = (
-    0.9  # misfit ratio of noise alone, at most: below 1, since the loss of large residuals is less than their square
-)
+FLOOR = 0.9  # misfit ratio of noise alone, at most: below 1, as large residuals count less than their square
 _FROM = 3.0  # times the spread, from which on the loss is linear
 
 

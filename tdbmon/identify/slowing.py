@@ -88,7 +88,7 @@ class Slowing:
         return self.left - (factors.lag - 1) * self.lag - (factors.drag - 1) * self.drag
 
     def during(self, windows: NDArray[np.bool_]) -> Slowing:
-        """Return the same of some windows (w,) only."""
+        """Return the slowing restricted to some windows (w,), a mask."""
         rows = {each.name: getattr(self, each.name)[windows] for each in fields(self) if each.name != "drag_sigma"}
         return Slowing(**rows, drag_sigma=self.drag_sigma)
 

@@ -28,9 +28,7 @@ _FEWEST_SPEEDS = 10  # samples of the speed before the release; more are needed 
 _FEWEST_HELD = 3  # the same for values that are each held over many samples
 _MEANS = 320  # block means of the speed, by which the last stretch with a constant acceleration is found
 _SCATTER_FREEDOM = 10  # degrees of freedom, needed to compare the scatter of pulses with their rounding
-_ALIKE = (
-    0.25  # of the variance of rounding: less means turns of whole samples, whose pulses all have one rounding error
-)
+_ALIKE = 0.25  # of the variance of rounding; less means turns of whole samples, with one common rounding error
 _PLAINLY = 4.0  # standard deviations, from which on the scale of a speed signal is wrong
 _BLOCKS = 10  # of the speed, whose means show its error at low frequency
 _SLOWLY = 1.8  # times the scatter of block means expected of white noise, which exceeds this once in a thousand
