@@ -11,9 +11,9 @@ from tdbmon.diagnosis.contender import Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.held_out import rms
 from tdbmon.diagnosis.named_cause import named_causes
-from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.unexplained import unexplained
 from tdbmon.estimate import Estimate
+from tdbmon.identify.free_effect import effect_in_words
 from tdbmon.quantity import percent, plain, printed, why_no_interval
 from tdbmon.remarks import alike
 
@@ -78,7 +78,7 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
     if diagnosis.plain.problem.standing:
-        out.append(f"  in the plain model already: {'; '.join(map(in_words, diagnosis.plain.problem.standing))}")
+        out.append(f"  in the plain model already: {'; '.join(map(effect_in_words, diagnosis.plain.problem.standing))}")
     told = verdict.accused[0] if verdict.accused else diagnosis.plain
     out.append(
         f"residual of the {told.words} to {told.horizon * 1e3:g} ms: {_fit_rms(told) * 1e6:.2g} um rms, noise"

@@ -9,8 +9,8 @@ from tdbsim.stated_effects import all_effects
 from tdbmon.diagnosis.contract import standing_json
 from tdbmon.diagnosis.effect_size import off_of, off_when_stiff
 from tdbmon.diagnosis.identifiability import ALIKE, DETECTABLE, Detectable, Identifiability, about
-from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.suspects import Suspect
+from tdbmon.identify.free_effect import effect_in_words
 from tdbmon.identify.slowing import LAST_S
 
 _SHOWN = 20  # pairs on a terminal; the JSON has all
@@ -61,7 +61,9 @@ def identifiability_lines(found: Identifiability) -> list[str]:
         f"{'effect':<{effect}}{'at':<{place}}{'detectable (about)':<{size}}{'similarity':<12}to",
     ]
     if standing := all_effects(found.machine):
-        out.insert(1, f"in the machine already, and not tried at its place: {'; '.join(map(in_words, standing))}")
+        out.insert(
+            1, f"in the machine already, and not tried at its place: {'; '.join(map(effect_in_words, standing))}"
+        )
     for each in found.detectable:
         like = ""
         if each.looks_like:

@@ -7,7 +7,7 @@ left out and sought again.  The number of a ball stays: it is relative to the ca
 
 from __future__ import annotations
 
-from tdbsim.effect import Effect, declaration
+from tdbsim.effect import Effect
 from tdbsim.machine import Machine
 from tdbsim.stated_effects import from_setting
 
@@ -27,13 +27,6 @@ def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
             " from drop to drop: it is left out of the model and sought anew, and if it is named again, that is no news"
         )
     return machine.model_copy(update={"effects": tuple(kept)}) if remarks else machine, tuple(remarks)
-
-
-def in_words(effect: Effect) -> str:
-    """Return an effect that stands in a model, with its place and values."""
-    declared = declaration(effect.identifier())
-    values = declared.texts(effect.values)
-    return f"{declared.title} at {place_in_words(effect.where)} ({', '.join(values)})"
 
 
 def _at_own_angle(effect: Effect) -> bool:

@@ -27,6 +27,7 @@ from tdbmon.identify.crew import Crew
 from tdbmon.identify.divergence import followable, parting_remarks, with_divergence
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.follow import followed
+from tdbmon.identify.free_effect import effect_in_words
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.parameters import calibrated_machine, polar, stated_parameters
@@ -97,7 +98,8 @@ def fit_drops(
         mistaken = machine_doubt(problem)
         problem = replace(problem, to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
-        remarks = [remark for drop in drops for remark in drop.remarks] + [*parting_remarks(problem, asked, usable)]
+        remarks = [remark for drop in drops for remark in drop.remarks]
+        remarks += [*standing_remarks(problem), *parting_remarks(problem, asked, usable)]
         if mistaken is not None:  # fits of a wrong machine fail at later horizons, where they take long
             usable = [h for h in usable if h <= stages.touched] or usable[:1]
         problem, passed = followed(problem, usable, progress)
@@ -138,6 +140,14 @@ def fit_drops(
         covariance=covariance,
         mistaken=mistaken.why if mistaken is not None else "",
     )
+
+
+def standing_remarks(problem: Problem) -> tuple[str, ...]:
+    """Say which effects of the machine file act in the model; nothing where there is none."""
+    if not problem.standing:
+        return ()
+    acting = "; ".join(map(effect_in_words, problem.standing))
+    return (f"in the model act the effects of the machine file: {acting}; values, forces and stresses hold with them",)
 
 
 def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:

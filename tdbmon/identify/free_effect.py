@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from tdbsim.effect import Effect, EffectDeclaration
+from tdbsim.effect import Effect, EffectDeclaration, declaration
 
 from tdbmon.identify.parameters import Parameter
 
@@ -16,6 +16,13 @@ _ANGLE_SPAN = 0.5  # rad
 def place_in_words(where: str) -> str:
     """Return the place of an effect in words."""
     return {"both": "both ends", "rotor": "the rotor"}.get(where, where)
+
+
+def effect_in_words(effect: Effect) -> str:
+    """Return an effect with its place and values in words."""
+    declared = declaration(effect.identifier())
+    values = declared.texts(effect.values)
+    return f"{declared.title} at {place_in_words(effect.where)} ({', '.join(values)})"
 
 
 @dataclass(frozen=True, eq=False)

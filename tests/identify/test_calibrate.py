@@ -1,13 +1,16 @@
 """Values come back from drops of the same model (so no test of the model), and what cannot be fitted is said."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 from tdbsim import state_layout
 from tdbsim.errors import InputError
 from tdbsim.machine import Tolerant, load_machine
+from tdbsim.stated_effects import parse
 
-from tdbmon.identify.calibrate import _at_bound, _undetermined, estimates, fit_drops
+from tdbmon.identify.calibrate import _at_bound, _undetermined, estimates, fit_drops, standing_remarks
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.drop import measured_drop
 from tdbmon.identify.parameters import machine_parameters
@@ -35,6 +38,13 @@ def test_what_is_left_is_noise(calibration):
     assert calibration.misfit == pytest.approx(1.0, abs=0.1)
     assert not calibration.at_bound
     assert not calibration.remarks
+
+
+def test_effects_of_the_machine_file_are_told(calibration):
+    assert standing_remarks(calibration.problem) == ()
+    known = replace(calibration.problem, standing=(parse("oval_clearance:end=DE,amplitude=20 um"),))
+    (told,) = standing_remarks(known)
+    assert "amplitude 20 um" in told and " at DE " in told
 
 
 def test_release_state_comes_back(calibration, same_model):

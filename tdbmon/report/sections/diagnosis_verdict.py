@@ -8,8 +8,8 @@ from tdbmon.diagnosis.contender import EXPLAINED, Contender
 from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.evidence import Evidence
 from tdbmon.diagnosis.held_out import LEAST_DROPS
-from tdbmon.diagnosis.standing import in_words
 from tdbmon.diagnosis.verdict import Kind
+from tdbmon.identify.free_effect import effect_in_words
 from tdbmon.quantity import capitalised, percent
 from tdbmon.remarks import grouped
 from tdbmon.report.document import Block, Paragraph, Section, Tone, Verdict, sentence
@@ -34,10 +34,11 @@ def section(evidence: Evidence) -> Section:
     for cause in {cause.name: cause for cause in causes}.values():
         blocks.append(Paragraph(f"{capitalised(cause.words)}: {cause.declared.what}"))
     if standing := diagnosis.plain.problem.standing:
+        already = "; ".join(map(effect_in_words, standing))
         blocks.append(
             Paragraph(
-                f"In the plain model already: {'; '.join(map(in_words, standing))}. That is no suspect at its place, and what"
-                " the verdict names or excludes comes beside it."
+                f"In the plain model already: {already}. That is no suspect at its place, and what the verdict names or excludes"
+                " comes beside it."
             )
         )
     if diagnosis.verdict.kind is Kind.NONE:
