@@ -106,8 +106,8 @@ def _growth(
     """Return the relative growth of the radius at which a feature of `WEAR` would be flagged; None if unknown.
 
     `smallest` is the smallest difference of the feature that would be flagged.  The deepest excursion grows by as much as the
-    radius, the fall time with the root of the height.  Their growth along a slope is not known: along a slope the limit applies
-    to the radius.
+    radius, the fall time with the root of the height.  Growth that these have accumulated along their slope counts as
+    undetected, since along a slope the limit applies to the radius.
     """
     found, usual = change.difference, change.level
     if found is None or usual is None or smallest is None or usual <= 0:
