@@ -1,4 +1,4 @@
-"""The archive: records a minute on one and two processes, memory over 500 records, a comparison among 100,000 drops.
+"""The archive: records per minute on one and two processes, memory over 500 records, a comparison among 100,000 drops.
 
 The records are copies of a shipped synthetic one, each with 0.1 um of noise of its own; the 100,000 drops (a thousand machines
 of a hundred) are features drawn at random, put into the catalogue as `archive add` puts them.  Processor time is told

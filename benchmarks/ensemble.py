@@ -1,6 +1,6 @@
-"""Drops a second in a batch of varied machines on all processors, against scipy's RK45 at the published settings.
+"""Drops per second in a batch of varied machines on all processors, against scipy's RK45 at the published settings.
 
-And what a drop takes side by side with others against alone, in the same run, set-up included.
+Also the processor time of a drop computed side by side with others against alone, in the same run, set-up included.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def beside(what: str, cases: list[Any], together: Callable[[], object]) -> str:
 
 
 def main() -> None:
-    """Print drops a second and the ratio."""
+    """Print drops per second and the ratio."""
     sys.path.insert(0, str(ROOT / "tests" / "sim"))
     from plain_drop import PlainDrop
     from scipy.integrate import solve_ivp

@@ -1,4 +1,4 @@
-"""Names written into axes, each where it covers no other name and as few lines as can be."""
+"""Placement of names in axes, so that they overlap no other name and as few lines as possible."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _COVERED, _NEXT = 1000.0, 0.12
 
 @dataclass(frozen=True)
 class Place:
-    """Where a name might stand: a point of the data, and how far (points) and to which side of it."""
+    """Candidate place of a name: a data point, with the offset from it (points) and its side."""
 
     x: float
     y: float
@@ -36,7 +36,7 @@ class Labels:
     look : dict
         Of all names, e.g. colour and size.
     must : bool
-        Whether a name that is free nowhere is written all the same, where it covers least.
+        Whether a name without a free place is written nevertheless, where it overlaps least.
     """
 
     ax: Axes
@@ -71,7 +71,7 @@ class Labels:
         text.set_verticalalignment(place.va)
 
     def _cost(self, box: Bbox) -> float:
-        """Lines that a name would cross; a great deal more where it covers a name or leaves the axes."""
+        """Return the number of lines that a name would cross, with a large penalty if it covers a name or leaves the axes."""
         wide = box.padded(_NEIGHBOUR)
         inside = self.ax.get_window_extent()
         leaves = box.x0 < inside.x0 or box.x1 > inside.x1 or box.y0 < inside.y0 or box.y1 > inside.y1

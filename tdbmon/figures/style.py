@@ -1,4 +1,4 @@
-"""The look that all figures share: colours, fonts, sizes, and the words that say what was drawn."""
+"""Style shared by all figures: colours, fonts, sizes, and notes on what is drawn."""
 
 from __future__ import annotations
 
@@ -111,8 +111,7 @@ def new_figure(height_mm: float, note: str = "") -> Figure:
 class Margins:
     """Room about and between the axes of a figure, mm.
 
-    Stated, not found: matplotlib's constrained layout takes as long as all the drawing.  A test holds that nothing is
-    clipped.
+    Fixed, since matplotlib's constrained layout takes as long as all the drawing.  A test verifies that nothing is clipped.
     """
 
     left: float
@@ -157,13 +156,13 @@ def subplots(
 
 
 def drop_look(drop: int) -> tuple[str, str]:
-    """Return colour and line of one of several drops: where colours are used up, they come again with other lines."""
+    """Return colour and line style of one of several drops; colours are reused with other line styles."""
     lines, colour = divmod(drop, len(_DROP_COLOURS))
     return _DROP_COLOURS[colour], _DROP_LINES[lines % len(_DROP_LINES)]
 
 
 def legend_room(entries: int, columns: int, lines: int) -> float:
-    """Return what a legend needs below a figure beyond its first `lines`, mm."""
+    """Return the height that a legend needs below a figure beyond its first `lines`, mm."""
     return _LEGEND_MM * max(0, math.ceil(entries / columns) - lines)
 
 
@@ -202,7 +201,7 @@ def interval_bar(ax: Axes, at: float, estimate: Estimate, factor: float, shift: 
 
 
 def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
-    """Mark at the lower edge that a drop does not tell what its neighbours do; each series of the axes at its own `place`."""
+    """Mark at the lower edge the drops without a value; each series of the axes at its own `place`."""
     ax.plot(
         drop, 0.07 + 0.1 * place, marker, color=GREY, markersize=3.5, markerfacecolor="none", markeredgewidth=0.7,
         linestyle="none", transform=ax.get_xaxis_transform(), label="not told by the drop judged",
@@ -242,13 +241,13 @@ def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
 
 
 def said(analysis: Analysis, *more: str) -> str:
-    """Say at which plane displacement was drawn, how it was filtered, and whether runout was taken off."""
+    """Say at which plane displacement was drawn, how it was filtered, and whether runout was subtracted."""
     where = plane_words({end: result.plane for end, result in analysis.ends.items() if result.seen})
     return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), runout_words(analysis.checks)])
 
 
 def plane_words(planes: Mapping[str, str]) -> str:
-    """Return at which plane of each end displacement is drawn."""
+    """Return the plane at each end at which displacement is drawn."""
     if set(planes.values()) == {"bearing"}:
         return "at the bearing planes"
     return ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())

@@ -1,4 +1,4 @@
-"""The course of quantities over the drops, with slope and change point where the tests see one."""
+"""Trends of features over the drops, with slope and change point if significant."""
 
 from __future__ import annotations
 

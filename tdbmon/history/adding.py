@@ -1,4 +1,4 @@
-"""`tdbmon archive add`: it files records, and tells all that there is to know of each."""
+"""`tdbmon archive add`: files records and reports the outcome and remarks of each."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def add(
     scheduler: str,
     json_file: Path | None,
 ) -> int:
-    """Study and file records; return the exit code: 2 where some failed, each told on standard error."""
+    """Study and file records; return the exit code: 2 if any failed, each reported on standard error."""
     from tdbsim.machine import load_machine
 
     check_outputs([json_file], [machine, *records])
@@ -75,7 +75,7 @@ def add(
 
 
 def _row(archive: Archive, outcome: Outcome, remarks: list[str]) -> dict[str, Any]:
-    """Return a record's part of the JSON; nothing is said of the checks of one that is not filed."""
+    """Return a record's part of the JSON; fields on its checks are null if it is not filed."""
     entry = archive.entry(outcome.drop) if outcome.drop and not outcome.failed else None
     return {
         "file": str(outcome.record),
@@ -95,7 +95,7 @@ def _row(archive: Archive, outcome: Outcome, remarks: list[str]) -> dict[str, An
 def _remarks(
     archive: Archive, outcome: Outcome, machine: Path, assembly: str, of_machine: Callable[[str], list[Entry]]
 ) -> list[str]:
-    """Return what to know of a record that was filed or analysed again."""
+    """Return the remarks on a record that was filed or analysed again."""
     if outcome.state not in ("filed", "analysed again"):
         return []
     entry, filing = archive.entry(outcome.drop), archive.filing(outcome.drop)
@@ -125,7 +125,7 @@ def _remarks(
 
 
 def _failures(outcomes: list[Outcome]) -> list[str]:
-    """Return a line for each reason why records failed: all drops with the stamp of a clock that stood still have the same."""
+    """Return one line per reason of failure: records stamped by a stopped clock, say, all fail for the same one."""
     of: dict[str, list[Outcome]] = {}
     for outcome in outcomes:
         if outcome.failed:
@@ -138,7 +138,7 @@ def _failures(outcomes: list[Outcome]) -> list[str]:
 
 
 def _passed_over(outcomes: list[Outcome]) -> list[str]:
-    """Return a line on the drops that are filed and were not analysed again, though by another version or machine file."""
+    """Return a line on filed drops that were not analysed again although their version or machine file differs."""
     reasons = [reason for outcome in outcomes for reason in outcome.otherwise]
     if not reasons:
         return []
@@ -160,7 +160,7 @@ def _warn(line: str) -> None:
 
 
 def _strangers(archive: Archive, drop: str, filing: Filing) -> list[str]:
-    """Return what to tell of a record without a drop, or of another machine by name or looks."""
+    """Return a remark on a record without a drop, or of another machine by its name or features."""
     from tdbmon.history.another_machine import likeness
 
     found = likeness(archive, archive.entry(drop), filing.features)
@@ -172,7 +172,7 @@ def _strangers(archive: Archive, drop: str, filing: Filing) -> list[str]:
 
 
 def _written_otherwise(archive: Archive, machines: Iterable[str]) -> list[str]:
-    """Return what to tell of machines whose names differ in capitals or blanks alone from others here: one machine, perhaps."""
+    """Return remarks on machines whose names differ from others in the archive only in case or blanks: perhaps one machine."""
     return [
         f"machine '{name}': drops of '{other}' are filed too and are not compared with its; if both are one machine, write its"
         " name alike in the machine files, remove the drops of the wrong one and add them again"

@@ -1,11 +1,11 @@
-"""Does a drop look like one of another machine, whose name is the same or was given by mistake?
+"""Detection of drops that look like those of another machine, of the same name or filed under a wrong one.
 
-What a record shows of its machine without a fitted model, and what wear, a new set-point or another balance change in one
-or two kinds only: gaps, place of the clearance, stiffness, set-point, once per revolution and noise in levitation, decay of
-the speed, speed over pulses.  A kind is **far** where, at any end, the drop lies beyond all earlier drops by more than
-twice their whole range, or than twice a least range where they lie closer together; its own interval is granted to it.
-Three kinds that are far flag the drop, and it is no reference for later ones: else it would hide the next like it.  It is a
-flag and no proof: the rule is our own, and `docs/history.md` says how often it was right on synthetic machines.
+Compared are kinds of features that identify a machine without a fitted model: gaps, place of the clearance, stiffness,
+set-point, 1X and noise in levitation, decay of the speed, stated speed over that of the keyphasor.  Wear, a new set-point or a
+new balance changes one or two kinds only.  A kind is **far** if, at any end, the drop lies outside the range of all earlier
+drops by more than twice that range (or a least range, if larger) plus the half-width of its own interval.  Three far kinds
+flag the drop; a flagged drop is no reference for later ones, else it would hide the next like it.  A flag is no proof: the
+rule is our own, and `docs/history.md` gives its hit rate on synthetic machines.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from tdbmon.history.speed_class import same_speed
 _FAR = 2.0  # times the range of the earlier drops
 _LEAST_DROPS = 3
 _LEAST_KINDS = 3
-_MOST = 100  # of the earlier drops, the latest
+_MOST = 100  # latest earlier drops used
 
 
 @dataclass(frozen=True)
 class _Kind:
-    """What tells machines apart: features that count as one, the least range believed (SI or relative), and whether only
-    drops of about the same speed compare."""
+    """Features that identify a machine and count as one, their least credible range (SI or relative), and whether only
+    drops at about the same speed are compared."""
 
     title: str
     features: tuple[str, ...]
@@ -55,16 +55,16 @@ _Values = dict[Key, Estimate]
 
 @dataclass(frozen=True)
 class Likeness:
-    """How a drop looks beside the earlier ones of its machine.
+    """A drop's likeness to the earlier drops of its machine.
 
     Attributes
     ----------
     compared : tuple of str
-        The kinds of which the drop and three earlier ones at least have a value.
+        Kinds with a value in the drop and in at least three earlier ones.
     far : tuple of str
-        Those in which it lies far outside of all of them.
+        Those of them in which the drop is far from all earlier ones.
     where : tuple of Key
-        The features of these that do.
+        The features that are far.
     """
 
     compared: tuple[str, ...]
@@ -73,12 +73,12 @@ class Likeness:
 
     @property
     def strange(self) -> bool:
-        """It looks like a drop of another machine."""
+        """True if it looks like a drop of another machine."""
         return len(self.far) >= _LEAST_KINDS
 
     @property
     def sentence(self) -> str:
-        """What to tell of a strange drop."""
+        """The remark on a strange drop."""
         return (
             f"looks like a drop of another machine: far outside of all earlier drops in {len(self.far)} of"
             f" {len(self.compared)} things that tell machines apart ({', '.join(self.far)}); make sure whose drop it is,"
@@ -87,7 +87,7 @@ class Likeness:
 
 
 def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> Likeness:
-    """Hold a drop against all drops of its machine and assembly before it, of whatever speed, whose records show the machine.
+    """Compare a drop with all earlier drops of its machine and assembly, at any speed, whose records passed the checks.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
     entry : Entry
         Of the drop, which need not be filed.
     features : tuple of Feature
-        Its own.
+        Of the drop.
     """
     tolerance = archive.settings(entry.machine).matching.speed
     with catalogue.reading(archive.catalogue) as base:
@@ -112,12 +112,12 @@ def likeness(archive: Archive, entry: Entry, features: tuple[Feature, ...]) -> L
 
 
 def _telling(features: Iterable[Feature]) -> _Values:
-    """Return what tells machines apart of a drop's features."""
+    """Return those of a drop's features that identify its machine."""
     return {f.key: f.estimate for f in features if f.name in _NAMES}
 
 
 def _held_against(entry: Entry, mine: _Values, earlier: list[tuple[Entry, _Values]], tolerance: float) -> Likeness:
-    """Hold the values of a drop against those of earlier ones; a speed is the same within a tolerance."""
+    """Compare the values of a drop with those of earlier ones; speeds within the relative tolerance count as the same."""
     compared, far, where = [], [], []
     for kind in _KINDS:
         there = [values for e, values in earlier if not kind.same_speed or same_speed(e.speed, entry.speed, tolerance)]
@@ -131,7 +131,7 @@ def _held_against(entry: Entry, mine: _Values, earlier: list[tuple[Entry, _Value
 
 
 def _beyond(mine: Estimate, earlier: list[Estimate], kind: _Kind) -> bool | None:
-    """Whether a value lies far outside of the earlier ones; None where there are too few to tell."""
+    """Return whether a value lies far outside the earlier ones; None if these are too few."""
     values = sorted(e.value for e in earlier if e.value is not None)
     if mine.value is None or len(values) < _LEAST_DROPS:
         return None

@@ -1,15 +1,15 @@
 """The archive of a machine's or a fleet's drops: a folder.
 
     archive.toml             the owner's settings (see `settings`)
-    raw/ab/<SHA-256>.<ext>   records, byte for byte as they came
-    machines/<SHA-256>.toml  machine files that drops were analysed with, likewise
-    results/<drop>/<...>.nc  one file a drop, program version and machine file; older ones stay
-    catalogue.sqlite         all of it in long form, made from the result files
-    incoming/                files on their way
+    raw/ab/<SHA-256>.<ext>   records, byte for byte as received
+    machines/<SHA-256>.toml  machine files used in the analyses, likewise
+    results/<drop>/<...>.nc  one file per drop, program version and machine file; older ones are kept
+    catalogue.sqlite         index of all results in long form, made from the result files
+    incoming/                files being written
 
 A drop is filed by one writer at a time (SQLite's lock): raw file, machine file and result are renamed into place, the
-catalogue comes last.  Whatever moment a writer is killed at, the catalogue names only files that are whole, and the add can
-be repeated.
+catalogue is updated last.  If a writer is killed at any moment, the catalogue names only complete files, and the add can be
+repeated.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from tdbmon.history.twin import at_same_instant, read_and_laid, twin_of
 from tdbmon.quantity import first_few, moment
 from tdbmon.sha256 import sha256_of
 
-_FEW = 5  # drops of one name that a message lists
+_FEW = 5  # drops with the same record name listed in a message
 Filed = Literal["filed", "analysed again", "already filed"]
 
 
@@ -49,17 +49,17 @@ class Archive:
         return self.folder / catalogue.NAME
 
     def settings(self, machine: str = "") -> Settings:
-        """Return the owner's settings, for one machine where `archive.toml` has its own."""
+        """Return the owner's settings, including those that `archive.toml` has for the machine, if given."""
         return load_settings(self.folder / SETTINGS, machine)
 
     def settings_of_nobody(self) -> tuple[str, ...]:
-        """Return the machines that `archive.toml` has settings for and that have no drops here."""
+        """Return the machines with settings in `archive.toml` but without drops in the archive."""
         stated = machines_stated(self.folder / SETTINGS)
         known = self.machines() if stated else []
         return tuple(name for name in stated if name not in known)
 
     def entries(self, machine: str = "") -> list[Entry]:
-        """Return the drops in the order of their fall, of one machine or of all."""
+        """Return the drops of one machine or of all, in chronological order."""
         with catalogue.reading(self.catalogue) as base:
             if not machine:
                 return catalogue.entries(base)
@@ -75,7 +75,7 @@ class Archive:
         Raises
         ------
         InputError
-            If none or several are meant.
+            If none or several match.
         """
         with catalogue.reading(self.catalogue) as base:
             found = catalogue.entries(base, "id LIKE ? || '%' OR sha256 = ?", (drop, drop)) if drop.isalnum() else []
@@ -97,16 +97,16 @@ class Archive:
         raise InputError(f"{self.folder}: no drop '{drop}'{shown}")
 
     def machines(self) -> list[str]:
-        """Return the names of the machines that have drops here."""
+        """Return the names of the machines with drops in the archive."""
         with catalogue.reading(self.catalogue) as base:
             return [row[0] for row in base.execute("SELECT DISTINCT machine FROM drops ORDER BY machine")]
 
     def machine_file(self, drop: str) -> Path:
-        """Return the machine file that a drop's current result was made with."""
+        """Return the path of the machine file of a drop's current result."""
         return self.folder / "machines" / f"{self.result(drop).machine_sha256}.toml"
 
     def ends(self, drop: str) -> tuple[str, ...]:
-        """Return the names of the touchdown bearings as in a drop's machine file; none where that is lost or damaged."""
+        """Return the names of the touchdown bearings in a drop's machine file; empty if that is lost or damaged."""
         try:
             content = tomllib.loads(self.machine_file(drop).read_text(encoding="utf-8-sig"))
             return tuple(bearing["name"] for bearing in content["touchdown_bearing"])
@@ -114,31 +114,31 @@ class Archive:
             return ()
 
     def filing(self, drop: str) -> Filing:
-        """Return a drop's current result from its file."""
+        """Return a drop's current result, read from its file."""
         return read_result(self.folder / self.result(drop).file)
 
     def result(self, drop: str) -> Result:
-        """Return what the catalogue has of a drop's current result."""
+        """Return the catalogue's row on a drop's current result."""
         with catalogue.reading(self.catalogue) as base:
             return catalogue.result(base, drop)
 
     def drop_of(self, sha256: str) -> Entry | None:
-        """Return the drop of a raw file, or None where it is not filed."""
+        """Return the drop of a raw file by its SHA-256; None if it is not filed."""
         with catalogue.reading(self.catalogue) as base:
             return next(iter(catalogue.entries(base, "sha256 = ?", (sha256,))), None)
 
     def has(self, entry: Entry, name: str) -> bool:
-        """Return whether a drop has a result of this name (see `Filing.name`), it and the raw file as they were filed."""
+        """Return whether a drop has a result of this name (see `Filing.name`), with result and raw file intact."""
         with catalogue.reading(self.catalogue) as base:
             return self._whole(base, entry.raw, entry.sha256, f"results/{entry.id}/{name}")
 
     def sound(self, entry: Entry) -> bool:
-        """Return whether a drop's raw file and the result that counts are as they were filed."""
+        """Return whether a drop's raw file and current result are intact."""
         result = self.result(entry.id)
         return self._holds(result.file, result.file_sha256) and self._holds(entry.raw, entry.sha256)
 
     def forces_before(self, entry: Entry) -> str:
-        """Return the version that made a drop's newest result with forces, where its current one has none; "" otherwise."""
+        """Return the program version of a drop's newest result with forces if its current one has none; "" otherwise."""
         with catalogue.reading(self.catalogue) as base:
             if catalogue.result(base, entry.id).forces:
                 return ""
@@ -146,20 +146,20 @@ class Archive:
             return max((str(row[0]) for row in found), key=catalogue.version_key, default="")
 
     def add(self, filing: Filing, raw: Path, machine: Path) -> Filed:
-        """File a drop; the same again changes nothing.
+        """File a drop; repeating it changes nothing.
 
         Parameters
         ----------
         filing : Filing
-            What `tdbmon.history.study` made of the record.
+            The result of `tdbmon.history.study`.
         raw, machine : Path
             The record and the machine file that it was made from.
 
         Raises
         ------
         InputError
-            If the record is filed under another machine, another file of the same measurement or a drop of the same instant
-            is filed, or the archive cannot be written.
+            If the record is filed under another machine, the same measurement is filed from another file, another drop at the
+            same instant is filed, or the archive cannot be written.
         """
         in_raw = raw_place(filing.sha256, raw.name)
         machine_place = f"machines/{filing.machine_sha256}.toml"
@@ -170,7 +170,7 @@ class Archive:
             if before:
                 self.check_same(before[0], filing.sha256, filing.machine, raw)
                 in_raw = before[0].raw
-                # what is added again may be the archive's own copy; it keeps its place among drops without a time
+                # `raw` may be the archive's own copy; a drop without a time keeps its place by its first filing
                 filing = replace(filing, raw_name=before[0].raw_name, first=before[0].filed)
             else:
                 self._refuse_twin(base, filing, raw, machine)
@@ -190,7 +190,7 @@ class Archive:
         return "analysed again" if before else "filed"
 
     def check_same(self, entry: Entry, sha256: str, machine: str, raw: Path) -> None:
-        """Refuse, by an `InputError`, to add a record again as another one or as one of another machine."""
+        """Raise `InputError` if a record's identifier belongs to another record, or it is filed under another machine."""
         if entry.sha256 != sha256:
             raise InputError(f"{raw}: its identifier {entry.id} is already that of another drop ({entry.raw_name})")
         if entry.machine != machine:
@@ -200,18 +200,18 @@ class Archive:
             )
 
     def remove(self, drop: str) -> Entry:
-        """Take a drop out: its results and its raw file."""
+        """Remove a drop with its results and its raw file."""
         entry = self.entry(drop)
         with catalogue.writing(self.catalogue) as base:
             sweep(self.folder)
             catalogue.forget_drop(base, entry.id)
-        with writable(self.folder):  # after the catalogue, which must never name what is no longer there
+        with writable(self.folder):  # after the catalogue, which must never name missing files
             shutil.rmtree(self.folder / "results" / entry.id, ignore_errors=True)
             (self.folder / entry.raw).unlink(missing_ok=True)
         return entry
 
     def _whole(self, base: sqlite3.Connection, raw: str, sha256: str, result: str) -> bool:
-        """Return whether a result is catalogued, and its file and the raw file are as they were filed."""
+        """Return whether a result is catalogued and its file and the raw file are intact."""
         row = base.execute("SELECT file_sha256 FROM results WHERE file = ?", (result,)).fetchone()
         return row is not None and self._holds(result, row[0]) and self._holds(raw, sha256)
 
@@ -231,7 +231,7 @@ class Archive:
         put(self.folder, self.folder / place, write)
 
     def _refuse_twin(self, base: sqlite3.Connection, filing: Filing, raw: Path, machine: Path) -> None:
-        """Refuse another file of a measurement that is filed, and a drop at the instant of one that is."""
+        """Raise `InputError` if the same measurement, or a drop at the same instant, is filed already."""
         twin = twin_of(self, base, filing, lambda: read_and_laid(raw, machine))
         if twin is not None:
             raise InputError(
@@ -250,18 +250,18 @@ class Archive:
 
 
 def open_archive(folder: Path, create: bool = False) -> Archive:
-    """Return the archive in a folder, brought up to this version where an older one wrote it.
+    """Return the archive in a folder, migrated if an older version wrote it.
 
     Parameters
     ----------
     folder : Path
     create : bool
-        Make it where there is none.
+        Create it if there is none.
 
     Raises
     ------
     InputError
-        If there is none and none shall be made, the folder holds other things, or a newer program wrote it.
+        If there is none and `create` is false, the folder holds other files, or a newer version wrote it.
     """
     settings = folder / SETTINGS
     if not settings.exists():

@@ -1,4 +1,4 @@
-"""Many records at once: a task a record on worker processes or a dask cluster; the archive is written by one."""
+"""Studies of many records, one task per record, on worker processes or a dask cluster; one process writes the archive."""
 
 from __future__ import annotations
 
@@ -24,28 +24,28 @@ from tdbmon.identify.crew import attend_parent
 from tdbmon.progress import Progress, silent
 from tdbmon.sha256 import sha256_of
 
-_REACH_S = 20.0  # to wait for a scheduler
+_REACH_S = 20.0  # timeout for reaching a scheduler
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of a record.
+    """Outcome of adding a record.
 
     Attributes
     ----------
     record : Path
     drop : str
-        Its identifier; empty where it failed before that was known.
+        Its identifier; empty if it failed before that was known.
     state : str
         "filed", "analysed again", "already filed", or "failed".
     why : str
         Why it failed.
     otherwise : tuple of str
-        Why a drop that is filed already may be worth another analysis: by what its result was made that is another now.
+        Differences in the provenance of an already filed result (version, machine file) that may warrant a new analysis.
     lost : tuple of str
-        What the result before had that the one which counts now lacks.
+        Items of the previous result that the new one lacks.
     machine_before : str
-        SHA-256 of the machine file by which that was made; empty where it is the same.
+        SHA-256 of the previous result's machine file; empty if unchanged.
     """
 
     record: Path
@@ -58,7 +58,7 @@ class Outcome:
 
     @property
     def failed(self) -> bool:
-        """The record was not filed, or not as it was asked."""
+        """True if the record was not filed, or not as requested."""
         return self.state == "failed"
 
 
@@ -70,25 +70,25 @@ def add_all(
     progress: Progress = silent,
     again: bool = False,
 ) -> Iterator[Outcome]:
-    """Study records and file them as they come; what is filed already is passed over, what fails is told and the rest done.
+    """Study records and file each when done; filed ones are skipped, and a failed one does not stop the rest.
 
     Parameters
     ----------
     archive : Archive
     orders : sequence of Order
     workers : int
-        Processes; 1 studies in this one.
+        Number of processes; with 1 the studies run in this process.
     scheduler : str
         Address of a dask scheduler; its workers read the records by the same absolute paths.
     progress : callable
-        Is told the step of a record, and how many are done.
+        Called with the current step of a record, and with the number of records done.
     again : bool
-        Analyse what is filed by another version of the program or with another machine file: the new result counts.
+        Analyse again drops filed by another program version or with another machine file; the new result becomes current.
 
     Yields
     ------
     Outcome
-        In the order in which they are done.
+        In order of completion.
 
     Raises
     ------
@@ -103,7 +103,7 @@ def add_all(
         if isinstance(wanted, Outcome):
             yield wanted
             continue
-        # workers end in any order; drops without a time come in that in which they were given
+        # workers finish in any order; drops without a time are ordered as given
         filed = (begun + timedelta(microseconds=number)).isoformat(timespec="microseconds")
         todo.append(replace(wanted, machine=wanted.machine.resolve(), record=order.record.resolve(), filed=filed))
     for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
@@ -118,12 +118,12 @@ def add_all(
 
 
 def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Path], str]) -> Order | Outcome:
-    """Return an order with what is filed of its drop: assembly and time hold on, unless other ones are stated, which is refused.
+    """Return the order completed from the filed drop, or the outcome if there is nothing to do.
 
-    A drop that is filed is passed over: a folder that is added every night, or with another machine file, must not replace
-    its results.  It is analysed where that is asked for (`again`), where forces are wanted that it lacks, and where its files
-    are damaged, then with the machine file that it was filed with.  One that is filed with forces gets them again, unless
-    its order says otherwise: its stresses would leave the history.
+    Assembly and time are those filed; an order that states other ones fails.  A filed drop is skipped: a folder added every
+    night, or with another machine file, must not replace its results.  It is analysed only with `again`, if forces are wanted
+    that it lacks, or if its files are damaged (then with its filed machine file).  Forces filed are computed again unless the
+    order declines them, since otherwise its stresses would drop out of the history.
     """
     from tdbmon import __version__
 
@@ -132,7 +132,7 @@ def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Pa
         entry = archive.drop_of(sha256)
         name = "" if entry is None else name_of(order.machine)
     except (OSError, InputError):
-        return order  # the study tells what is wrong with it
+        return order  # the study reports the error
     if entry is None:
         return order
     try:
@@ -162,11 +162,11 @@ def _prepared(archive: Archive, order: Order, again: bool, name_of: Callable[[Pa
 
 
 def _restated(archive: Archive, entry: Entry, order: Order) -> str:
-    """Say that an order states another assembly or time than a drop is filed with; "" where it does not."""
+    """Return the error if an order states another assembly or time than the filed drop has; "" otherwise."""
     other = []
     if order.assembly and order.assembly != entry.assembly:
         other.append(_not("assembly", entry.assembly, order.assembly))
-    # one instant may be told in two zones
+    # the same instant may be stated in two time zones
     if order.dropped and catalogue.seconds(order.dropped) != catalogue.seconds(entry.dropped):
         other.append(_not("time", entry.dropped, order.dropped))
     if not other:
@@ -183,7 +183,7 @@ def _not(name: str, before: str, stated: str) -> str:
 
 
 def _filed(archive: Archive, found: Filing, order: Order) -> Outcome:
-    """File a drop, and say what it loses by that where it was filed before."""
+    """File a drop and list what a new result lacks against the previous one."""
     entry = archive.drop_of(found.sha256)
     before, own = None, ""
     if entry is not None:
@@ -214,7 +214,7 @@ def _studies(
 
             yield order, _attempt(order, tell)
     else:
-        # spawned, not forked: threads and open files of this process are not theirs
+        # spawned, not forked: workers must not inherit threads and open files
         with ProcessPoolExecutor(min(workers, len(orders)), get_context("spawn"), attend_parent) as pool:
             waiting = {pool.submit(_attempt, order): order for order in orders}
             for future in as_completed(waiting):
@@ -229,7 +229,7 @@ def _studies(
 
 
 def _attempt(order: Order, progress: Progress = silent) -> Filing | str:
-    """Study a record; an input that cannot be used is a text, so that the other records go on."""
+    """Study a record; an `InputError` is returned as its message, so that the other records go on."""
     try:
         return study(order, progress)
     except InputError as error:

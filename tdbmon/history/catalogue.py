@@ -1,7 +1,7 @@
-"""The catalogue: an SQLite file of all drops, results and features, made from the result files and replaceable by them.
+"""The catalogue: an SQLite file of all drops, results and features, which can be rebuilt from the result files.
 
-Values are in the unit that stands beside them.  ``features`` is a view that any tool can read; the tables below it share
-their wordings, without which a catalogue of many drops would be mostly repeated sentences.
+Values are in the unit in their row.  ``features`` is a view for any SQL tool; the tables behind it store each method and
+reason once (``wordings``), since these sentences repeat from drop to drop.
 """
 
 from __future__ import annotations
@@ -74,17 +74,17 @@ class Entry:
     id, sha256, raw_name, machine, assembly, dropped
         As in `Filing`.
     filed : str
-        When it was filed first: an analysis by a newer program gives it no other place among the drops.
+        Time of the first filing: a later analysis does not change the drop's place in the order.
     raw : str
-        Where the raw file lies in the archive.
+        Path of the raw file in the archive.
     moment : float
-        When it was dropped, s since 1970; minus infinity where that is not known: it is never the latest of its machine.
+        Time of the drop, s since 1970; minus infinity if unknown: such a drop is never the latest of its machine.
     speed : float or None
         At the release, Hz.
     synthetic : bool
     failed_checks : tuple of str
     result : int
-        The result that counts: of the newest version, then the newest of that.
+        The current result: of the newest program version, and of these the latest filed.
     """
 
     id: str
@@ -103,7 +103,7 @@ class Entry:
 
     @property
     def when(self) -> str:
-        """When it was dropped, or filed where that is not known, as people write it."""
+        """Time of the drop, or of its filing if that is unknown, as text."""
         return moment(self.dropped) if self.dropped else f"filed {moment(self.filed)}"
 
     @property
@@ -115,7 +115,7 @@ class Entry:
 
     @property
     def order(self) -> tuple[float, str, str]:
-        """Its place among the drops: times that state the day alone are those of several drops."""
+        """Sort key for chronological order; a time that states the day alone may be that of several drops."""
         return self.moment, self.filed, self.id
 
 
@@ -128,9 +128,9 @@ class Result:
     file, file_sha256 : str
         Its file in the archive.
     version, machine_sha256 : str
-        Of the program and of the machine file that made it.
+        Program version and machine file that it was made with.
     forces : bool
-        Made with forces.
+        Whether forces were computed.
     """
 
     file: str
@@ -140,13 +140,13 @@ class Result:
     forces: bool
 
     def overtakes(self, version: str, machine_sha256: str) -> bool:
-        """Return whether it is by this version and another machine file, and so made after the result of these."""
+        """Return whether it was made by this version with another machine file, and so supersedes a result made with these."""
         return self.version == version and self.machine_sha256 != machine_sha256
 
 
 @contextmanager
 def writing(path: Path) -> Iterator[sqlite3.Connection]:
-    """Hold the catalogue for one writer; all it did is there afterwards, or nothing of it.
+    """Lock the catalogue for one writer; its changes are committed as a whole or not at all.
 
     Raises
     ------
@@ -164,17 +164,17 @@ def writing(path: Path) -> Iterator[sqlite3.Connection]:
             yield base
             base.execute("COMMIT")
         finally:
-            base.close()  # what was not committed is rolled back
+            base.close()  # rolls back uncommitted changes
 
 
 @contextmanager
 def reading(path: Path) -> Iterator[sqlite3.Connection]:
-    """Open the catalogue to read, in a folder that cannot be written too.
+    """Open the catalogue for reading, also in a read-only folder.
 
     Raises
     ------
     InputError
-        If it is missing, damaged or of a newer program.
+        If it is missing, damaged or written by a newer version.
     """
     with _told(path):
         if not path.exists():
@@ -193,7 +193,7 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
 
 
 def version_of(path: Path) -> int:
-    """Return the schema of a catalogue; 0 where there is none yet.
+    """Return the schema version of a catalogue; 0 if there is none yet.
 
     Raises
     ------
@@ -211,13 +211,13 @@ def version_of(path: Path) -> int:
 
 
 def clear(base: sqlite3.Connection) -> None:
-    """Empty the catalogue, to be filled from the result files."""
+    """Empty the catalogue, before it is rebuilt from the result files."""
     for table in ("drops", "results", "wordings", "feature_values", "stress"):
         base.execute(f"DELETE FROM {table}")
 
 
 def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_sha256: str) -> None:
-    """Enter a result, in place of an entry of the same file."""
+    """Insert a result, replacing that of the same file."""
     forget_result(base, file)
     cursor = base.execute(
         "INSERT INTO results (drop_id, file, file_sha256, version, machine_sha256, forces, filed) VALUES (?,?,?,?,?,?,?)",
@@ -249,7 +249,7 @@ def insert(base: sqlite3.Connection, filing: Filing, raw: str, file: str, file_s
 
 
 def forget_result(base: sqlite3.Connection, file: str) -> None:
-    """Take the entry of a result file out."""
+    """Delete the rows of a result file."""
     for (old,) in base.execute("SELECT id FROM results WHERE file = ?", (file,)).fetchall():
         for table in ("feature_values", "stress"):
             base.execute(f"DELETE FROM {table} WHERE result_id = ?", (old,))
@@ -257,20 +257,20 @@ def forget_result(base: sqlite3.Connection, file: str) -> None:
 
 
 def forget_drop(base: sqlite3.Connection, drop: str) -> None:
-    """Take a drop and all its results out."""
+    """Delete the rows of a drop and all its results."""
     for (file,) in base.execute("SELECT file FROM results WHERE drop_id = ?", (drop,)).fetchall():
         forget_result(base, file)
     base.execute("DELETE FROM drops WHERE id = ?", (drop,))
 
 
 def entries(base: sqlite3.Connection, where: str = "1", values: Iterable[object] = ()) -> list[Entry]:
-    """Return drops in the order of their fall; `where` is a condition of ours, `values` fill its placeholders."""
+    """Return drops in chronological order; `where` is a trusted SQL condition, `values` fill its placeholders."""
     found = base.execute(f"SELECT {_COLUMNS} FROM drops WHERE {where}", tuple(values))
     return sorted((_entry(row) for row in found), key=lambda entry: entry.order)
 
 
 def features(base: sqlite3.Connection, results: list[int], name: str = "") -> dict[int, tuple[Feature, ...]]:
-    """Return the features of results, or those of one name."""
+    """Return the features by result, all or those of one name."""
     rows: dict[int, list[Feature]] = {result: [] for result in results}
     words = dict(base.execute("SELECT id, words FROM wordings"))
     for some in _batches(results):
@@ -285,7 +285,7 @@ def features(base: sqlite3.Connection, results: list[int], name: str = "") -> di
 
 
 def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[StressBox, ...]]:
-    """Return the stress boxes of results, those without forces left out."""
+    """Return the stress boxes by result; results without forces are left out."""
     rows: dict[int, list[StressBox]] = {}
     factor = OUTSIDE["MPa"]
     for some in _batches(results):
@@ -298,7 +298,7 @@ def stress(base: sqlite3.Connection, results: list[int]) -> dict[int, tuple[Stre
 
 
 def result(base: sqlite3.Connection, drop: str) -> Result:
-    """Return the result of a drop that counts (raises `InputError` where there is no such drop)."""
+    """Return a drop's current result (raises `InputError` if there is no such drop)."""
     row = base.execute(
         "SELECT r.file, r.file_sha256, r.version, r.machine_sha256, r.forces FROM results r JOIN drops d ON d.result = r.id"
         " WHERE d.id = ?",
@@ -311,18 +311,18 @@ def result(base: sqlite3.Connection, drop: str) -> Result:
 
 
 def version_key(version: str) -> tuple[int, ...]:
-    """Return the numbers of a program version, in which versions are ordered."""
+    """Return the sort key of a program version: its numbers."""
     return tuple(int(part) for part in re.findall(r"\d+", version))
 
 
 def moment_of(dropped: str) -> float:
-    """Return when a drop was, s since 1970; a time without a zone counts as UTC, none at all as before all others."""
+    """Return the time of a drop, s since 1970; a time without a zone counts as UTC, no time as minus infinity."""
     stated = seconds(dropped)
     return -math.inf if stated is None else stated
 
 
 def instant(time: str) -> float | None:
-    """Return an ISO 8601 time in s since 1970; None where it states no time of day (midnight sharp is that of a bare date)."""
+    """Return an ISO 8601 time in s since 1970; None without a time of day (exactly midnight is taken for a bare date)."""
     stated = seconds(time)
     if stated is None or datetime.fromisoformat(time).time() == datetime.min.time():
         return None
@@ -330,7 +330,7 @@ def instant(time: str) -> float | None:
 
 
 def seconds(time: str) -> float | None:
-    """Return an ISO 8601 time in s since 1970, one without a zone as UTC; None where it is no time."""
+    """Return an ISO 8601 time in s since 1970, one without a zone as UTC; None if it cannot be parsed."""
     try:
         when = datetime.fromisoformat(time)
     except ValueError:
@@ -387,7 +387,7 @@ def _stress_row(result: int | None, box: StressBox) -> tuple[object, ...]:
 
 
 def speed_of(found: tuple[Feature, ...]) -> float | None:
-    """Return the speed at the release among a drop's features, Hz; None where it is not known."""
+    """Return the speed at the release from a drop's features, Hz; None if unknown."""
     return next((f.estimate.value for f in found if f.name == "initial_hz"), None)
 
 
@@ -398,7 +398,7 @@ def _batches(results: list[int], size: int = 500) -> Iterator[list[int]]:
 
 @contextmanager
 def _told(path: Path) -> Iterator[None]:
-    """Tell SQLite's errors as an `InputError` with the cure."""
+    """Turn SQLite's errors into an `InputError` with the cure."""
     try:
         yield
     except sqlite3.OperationalError as error:

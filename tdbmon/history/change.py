@@ -1,4 +1,4 @@
-"""One quantity of a drop against the drops before: by how much it differs, whether beyond chance, and whether it drifts."""
+"""One feature of a drop against the earlier drops: difference, its significance, and drift."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from tdbmon.history.feature import KINDS, Feature, FeatureKind, Key, in_order
 from tdbmon.history.settings import Settings
 from tdbmon.history.trend import Trend, order_p, trend_of
 
-_TREND = 60  # of the latest, for a trend
-_NEARER, _ALIKE = 1 / 2, 2 / 3  # of this drop's difference: nearer to the others than to it, and about as far off
-_NONE = np.ones(0, dtype=bool)  # of no drops before
-NO_SUCH = "this drop has no such end"  # why a quantity of earlier drops is missing, which its analysis does not know
+_TREND = 60  # latest drops used for a trend
+_NEARER, _ALIKE = 1 / 2, 2 / 3  # shares of this drop's difference: back at the baseline, and alike
+_NONE = np.ones(0, dtype=bool)  # mask of no earlier drops
+NO_SUCH = "this drop has no such end"  # reason for a feature of earlier drops that this drop's analysis does not have
 
 
 @dataclass(frozen=True)
 class Change:
-    """One feature of the drop against the drops before.
+    """One feature of the drop against the earlier drops.
 
     Attributes
     ----------
@@ -35,26 +35,26 @@ class Change:
     estimate : Estimate
         Of the drop.
     earlier : tuple of (str, Estimate)
-        Of the matching drops that have it, by identifier, in order.
+        Of the matching drops that have it, with their identifiers, in order.
     numbers : tuple of int
-        Number of each of these among the matching drops, and that of the drop, which is the last.
+        Position of each of these among the matching drops, and of this drop, which is last.
     left_out : tuple of str
-        Those of them that were off themselves, and are no measure for this drop.
+        Identifiers of outliers among them, excluded from the baseline.
     difference : Difference or None
-        None where the drop or all those before lack the feature.
+        None if the drop or all earlier ones lack the feature.
     p_adjusted : float or None
-        Corrected for the number of features looked at: of those that are judged, or of those that are not.
+        p-value of the difference, corrected for multiple testing among the judged features, or among the others.
     differs : bool
-        By more than chance, and not `as_in` drops before.
+        Significantly different, and not `as_in` earlier drops.
     p_drift : float or None
-        Probability of its order over the drops (see `trend`), corrected for the number of judged features; None where it is
-        not judged or the drop lacks it.
+        p-value of the trend (see `trend`), corrected for the number of judged features; None if the feature is not judged or
+        the drop lacks it.
     drifts : bool
-        It rises or falls from drop to drop by more than chance.
+        It has a significant trend.
     why : str
         Why there is no difference.
     as_in : tuple of str
-        Those left out that were off alike, and after which it came back: a form that it has now and then.
+        Outliers among the earlier drops that were off alike and after which it came back: a form that it has now and then.
     """
 
     kind: FeatureKind
@@ -78,27 +78,27 @@ class Change:
 
     @property
     def flag(self) -> bool:
-        """True where a judged feature differs: it changed."""
+        """True if the feature differs and is judged."""
         return self.differs and self.kind.judged
 
     @property
     def noted(self) -> bool:
-        """True where a feature that is not judged differs: it is told beside the verdict."""
+        """True if the feature differs but is not judged: reported beside the verdict."""
         return self.differs and not self.kind.judged
 
     @property
     def title(self) -> str:
-        """Name and end, as a report says it."""
+        """Title with the end, for reports."""
         return self.kind.title_at(self.end)
 
     @property
     def p(self) -> float | None:
-        """Probability of so large a difference by chance, not corrected; None where it is not known."""
+        """Uncorrected p-value of the difference; None if unknown."""
         return None if self.difference is None else self.difference.p
 
     @property
     def since(self) -> str:
-        """Identifier of the first of the drops just before this one that were off in the same way; "" where none was."""
+        """Identifier of the first drop of the unbroken run of outliers in the same direction before this one; "" if none."""
         first = ""
         if self.difference is None:
             return first
@@ -111,19 +111,19 @@ class Change:
 
     @property
     def series(self) -> tuple[Estimate, ...]:
-        """Over the matching drops and this one, the latest sixty, as far as they have it."""
+        """Its known values in the latest 60 matching drops and in this one."""
         earlier = tuple(e for _, e in self.earlier[-_TREND:])
         return (*earlier, self.estimate) if self.estimate.known else earlier
 
     @cached_property
     def trend(self) -> Trend | None:
-        """Its course over `series`; None below four."""
+        """Trend of `series`; None below four values."""
         numbers = self.numbers if self.estimate.known else self.numbers[:-1]
         return trend_of(self.series, numbers[-len(self.series) :])
 
     @property
     def level(self) -> float | None:
-        """What its growth is counted from: the centre of the drops before, or where their slope begins; None without them."""
+        """Reference of its growth: centre of the baseline, or start of the trend line if it has a slope; None without them."""
         if self.difference is None:
             return None
         trend = None if self.difference.before.slope is None else self.trend
@@ -131,15 +131,15 @@ class Change:
 
     @property
     def growth_from(self) -> float | None:
-        """What its growth is counted from, of a drop that lacks it the median of those before; None without them."""
+        """Reference of its growth; the median of the baseline if this drop lacks the feature; None without a baseline."""
         before = [e.value for drop, e in self.earlier if e.value is not None and drop not in self.left_out]
         return float(np.median(before)) if self.level is None and before else self.level
 
     @property
     def grown(self) -> float | None:
-        """By which share it has grown beyond chance: over the drops before, or over the first of them where it drifts.
+        """Significant relative growth: against the baseline, or along the trend since the first drop if it drifts.
 
-        None where it has not, or where what it is held against is not above zero.
+        None without one, or if the reference is not positive.
         """
         grown = []
         level = self.level
@@ -150,14 +150,14 @@ class Change:
         return max(grown, default=None)
 
     def trend_drops(self, current: str) -> list[str]:
-        """Return the identifiers of the drops that the trend goes over, given that of the drop compared."""
+        """Return the identifiers of the drops in the trend, given that of the drop compared."""
         return [drop for drop, _ in self.earlier[-_TREND:]] + ([current] if self.estimate.known else [])
 
 
 def changes_of(
     drop: Drop, matched: list[Entry], before: dict[int, tuple[Feature, ...]], settings: Settings
 ) -> tuple[Change, ...]:
-    """Return every feature that a drop or the matching ones before have, given theirs by result; in the order of reports."""
+    """Return the change of every feature of the drop or of the matching ones (`before`, by result), in the order of reports."""
     mine = {f.key: f.estimate for f in drop.features}
     theirs: dict[Key, list[tuple[str, Estimate]]] = {}
     for entry in matched:
@@ -179,7 +179,7 @@ def changes_of(
         else c
         for c in found
     ]
-    # what counts towards the verdict and what does not are each corrected for their own number
+    # judged features and the others are corrected for multiple testing separately
     p_of = {
         key: p
         for counts in (True, False)
@@ -209,9 +209,9 @@ def _kept(
     numbers: dict[Key, tuple[int, ...]],
     settings: Settings,
 ) -> dict[Key, NDArray[np.bool_]]:
-    """Return which of the drops before are a measure for each feature: those that were not off when they came.
+    """Return the baseline of each feature as a mask over its earlier drops: those that were no outliers when they came.
 
-    Like flags, what counts towards the verdict and what does not are each corrected for their own number.
+    As with flags, judged features and the others are corrected for multiple testing separately.
     """
     kept: dict[Key, NDArray[np.bool_]] = {}
     for counts in (True, False):
@@ -227,21 +227,20 @@ def _kept(
 
 
 def _least(key: Key, estimate: Estimate | None, earlier: Sequence[tuple[str, Estimate]]) -> float:
-    """Return the smallest scatter that is believed of a feature."""
+    """Return the lower bound of a feature's scatter."""
     kind = KINDS[key[0]]
     if not kind.relative:
         return kind.least
-    # of drops all at nought, this one has the only size
+    # if the earlier drops are all zero, only this one has a magnitude
     own = None if estimate is None else estimate.value
     return kind.least * (abs(float(np.median([e.value for _, e in earlier]))) or abs(own or 0.0))
 
 
 def _as_in(change: Change) -> tuple[str, ...]:
-    """Return the drops before that were off as far as this one, and after which three at least came back to the others.
+    """Return the earlier drops that were off about as far as this one and were followed by at least three back at the baseline.
 
-    What depends on how the bounces of both ends fall together has two forms on some sound machines, one of them seldom: with many
-    drops that is known, and the seldom one is no change.  Nothing that is worn comes back, and what is off three times in a row
-    stays so.
+    A feature that depends on how the bounces of both ends coincide has two forms on some sound machines, one of them rare; a
+    rare form that has occurred before is no change.  Wear does not come back, and three outliers in a row count as a change.
     """
     if change.difference is None or change.difference.value == 0:
         return ()
@@ -258,18 +257,18 @@ def _as_in(change: Change) -> tuple[str, ...]:
 
 
 def _order_p(change: Change) -> float | None:
-    """Return how probable the order of a feature's values is; None where this drop is none of them."""
+    """Return the p-value of the feature's trend; None if this drop lacks the feature."""
     return order_p(np.array([e.value for e in change.series], float)) if change.estimate.known else None
 
 
 def _together(p: dict[Key, float | None], settings: Settings) -> dict[Key, float]:
-    """Return probabilities corrected for their number, by name and end; those that are not known are left out."""
+    """Return p-values corrected for multiple testing, by name and end; unknown ones are left out."""
     known = {key: each for key, each in p.items() if each is not None}
     return dict(zip(known, corrected(list(known.values()), settings.compare.correction), strict=True))
 
 
 def untold_of(drop: Drop, changes: tuple[Change, ...], number: int) -> tuple[Change, ...]:
-    """Return the judged features without a value in the drop and in all those before, given how many these are."""
+    """Return the judged features without a value in the drop and in all `number` earlier ones, fitted ones aside."""
     told = {c.key for c in changes}
     lacking = {f.key: f.estimate for f in drop.features if f.name in KINDS and f.key not in told}
     return tuple(
@@ -287,11 +286,11 @@ def _compared(
     kept: NDArray[np.bool_],
     slow: float = 0.0,
 ) -> Change:
-    """Return one feature against the drops before that were `kept`, not yet corrected for the others.
+    """Return one feature against its baseline (the earlier drops in `kept`), before correction for multiple testing.
 
-    Where it drifts, `slow` is the probability of their order below which those that are a measure for it, of the latest sixty,
-    are taken along their slope.  Of a step these are the drops before it, which lie on none; this drop is no part of that: one
-    that stands out would make a slope of them.
+    For a feature that drifts, `slow` is the significance level of the baseline's trend: below it, the latest 60 drops are
+    extrapolated along their slope, unless a step describes them better.  This drop is no part of that trend, since an outlier
+    would create a slope.
     """
     kind, end = KINDS[key[0]], key[1]
     if estimate is None:

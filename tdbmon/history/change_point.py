@@ -1,7 +1,7 @@
-"""Where a level changed: the split of a series that parts it best, and how often shuffling parts it as well.
+"""Change point of a series: the split with the clearest change of level, and its p-value by a permutation test.
 
-The statistic is the greatest absolute two-sample t over all splits (D. M. Hawkins, J. Am. Stat. Assoc. 72 (1977) 180);
-its probability comes from permutations of the series, which assumes no distribution.  Below six drops no split is unlikely.
+The statistic is the greatest absolute two-sample t over all splits (D. M. Hawkins, J. Am. Stat. Assoc. 72 (1977) 180).  The
+permutations assume no distribution.  Below six drops no split is significant.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LEAST = 6
-SEEN = 0.05  # probability, not corrected, up to which a change point or a trend is shown
+SEEN = 0.05  # uncorrected p-value up to which a change point or a trend is shown
 _SHUFFLES = 999
 _SEED = 20140109  # the same series gives the same answer
 
@@ -31,7 +31,7 @@ class ChangePoint:
     before, after : float
         Mean levels.
     p : float
-        Probability of a split as clear by chance.
+        p-value of the permutation test.
     """
 
     index: int
@@ -41,7 +41,7 @@ class ChangePoint:
 
 
 def change_point(values: Array) -> ChangePoint | None:
-    """Return the clearest change of level in values (n,) in order; None below `LEAST` values or where all are equal."""
+    """Return the change point of values (n,) in order; None below `LEAST` values or if all are equal."""
     n = len(values)
     if n < LEAST or np.ptp(values) == 0:
         return None
@@ -55,7 +55,7 @@ def change_point(values: Array) -> ChangePoint | None:
 
 @lru_cache(maxsize=8)
 def _orders(n: int) -> NDArray[np.intp]:
-    """Return orders (k, n) drawn at random; the same for every series of this length."""
+    """Return random permutations (k, n), the same for every series of length n."""
     return np.random.default_rng(_SEED).permuted(np.tile(np.arange(n), (_SHUFFLES, 1)), axis=1)
 
 

@@ -1,8 +1,8 @@
-"""One slope for all drops of a machine, over drops of several speeds and assemblies: each of these has a level of its own.
+"""Common slope of all drops of a machine; each combination of speed class and assembly has its own level.
 
-Least squares, drop by drop, with Student's t (analysis of covariance: R. A. Fisher, Statistical Methods for Research Workers,
-4th ed., 1932).  The levels are free, not random: two or three of them tell no variance between levels, and an interval that
-is made from one would be too narrow.  It needs three drops at a level and eight in all.
+Least squares with Student's t (analysis of covariance: R. A. Fisher, Statistical Methods for Research Workers, 4th ed., 1932).
+The levels are fixed effects, not random: two or three do not determine a variance between levels, and an interval based on
+one would be too narrow.  At least three drops per level and eight in all are needed.
 """
 
 from __future__ import annotations
@@ -19,20 +19,20 @@ from tdbmon.quantity import counted
 Array = NDArray[np.float64]
 
 _LEAST, _AT_LEVEL = 8, 3
-ROUNDING = 1e-12  # relative: what equal values may be off their mean
+ROUNDING = 1e-12  # relative deviation of equal values from their mean by rounding
 
 
 def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Sequence[Hashable], unit: str) -> Estimate:
-    """Return the slope a drop with its 95 % interval, SI.
+    """Return the slope per drop with its 95 % interval, SI.
 
     Parameters
     ----------
     series : sequence of Estimate
-        The feature, drop by drop; the missing ones are left out.
+        The feature in each drop; missing values are left out.
     order : sequence of int
         Number of each drop in the machine's life.
     levels : sequence of hashable
-        What drops of the same level share: class of speed and assembly.
+        Level of each drop: its speed class and assembly.
     unit : str
         Of the feature.
     """
@@ -53,7 +53,7 @@ def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Seque
 def at_levels(
     series: Sequence[Estimate], order: Sequence[int], levels: Sequence[Hashable]
 ) -> tuple[Array, Array, Array] | None:
-    """Return values (n,), numbers of their drops (n,) and whether each is at each level (n, k); None where they are too few."""
+    """Return values (n,), numbers of their drops (n,) and level indicators (n, k); None if too few."""
     rows = [(e.value, o, c) for e, o, c in zip(series, order, levels, strict=True) if e.value is not None]
     counts = Counter(level for _, _, level in rows)
     rows = [row for row in rows if counts[row[2]] >= _AT_LEVEL]
@@ -65,5 +65,5 @@ def at_levels(
 
 
 def beside_levels(values: Array, of_level: Array) -> Array:
-    """Return values (n,) less the mean of their levels (n, k)."""
+    """Return values (n,) less the mean of their level, given level indicators (n, k)."""
     return np.asarray(values - of_level @ (values @ of_level / of_level.sum(axis=0)))

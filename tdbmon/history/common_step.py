@@ -1,8 +1,8 @@
-"""Where all drops of a machine changed their level at once, over drops of several speeds and assemblies.
+"""Common step of all drops of a machine, at several speeds and assemblies with a level each.
 
-The change point of what is left of the values beside the mean of each level (`tdbmon.history.change_point`).  Between it and
-one slope decides the criterion of G. Schwarz, Ann. Stat. 6 (1978) 461: a step has a parameter more than a slope, its place.
-So a journal that was worn at once is no rate of wear, and one that wears from drop to drop is no step.
+The change point of the values less the mean of their level (`tdbmon.history.change_point`).  The choice between it and a common
+slope is by BIC (G. Schwarz, Ann. Stat. 6 (1978) 461): a step has one parameter more, its place.  So sudden wear of a journal is
+not reported as a rate, nor gradual wear as a step.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CommonStep:
-    """A step that describes the drops better than a slope does.
+    """A step that describes the drops better than a slope.
 
     Attributes
     ----------
     number : int
         Of the first drop after it.
     size : Estimate
-        By which the levels rise there, SI.
+        Rise of the levels, SI.
     p : float
-        Probability of a split as clear by chance.
+        p-value of the change point.
     """
 
     number: int
@@ -42,7 +42,7 @@ class CommonStep:
 def common_step(
     series: Sequence[Estimate], order: Sequence[int], levels: Sequence[Hashable], unit: str
 ) -> CommonStep | None:
-    """Return the step of all drops; None where chance makes one as clear, or a slope describes the drops better.
+    """Return the common step; None if it is not significant or a slope describes the drops better.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ def common_step(
 
 
 def step_size(left: Array, index: int, drops: Array, of_level: Array) -> float | None:
-    """Return by how much the levels rise at a step; None where a slope describes the drops better.
+    """Return the rise of the levels at a step; None if a slope describes the drops better.
 
     Parameters
     ----------
@@ -76,10 +76,10 @@ def step_size(left: Array, index: int, drops: Array, of_level: Array) -> float |
     drops : (n,) array
         Numbers of the drops.
     of_level : (n, k) array
-        Whether each is at each level.
+        Level indicators.
     """
     after = beside_levels((np.arange(len(left)) >= index).astype(float), of_level)
-    if not after.any():  # it parts the levels themselves: an overhaul
+    if not after.any():  # the split coincides with the levels: an overhaul
         return None
     size, step = _fit(left, after)
     _, slope = _fit(left, beside_levels(drops, of_level))
@@ -87,6 +87,6 @@ def step_size(left: Array, index: int, drops: Array, of_level: Array) -> float |
 
 
 def _fit(left: Array, course: Array) -> tuple[float, float]:
-    """Return how many times values have a course, both (n,) beside the means of their levels, and the squares that are left."""
+    """Return the least-squares factor of `course` in `left` (both (n,), less level means) and the residual sum of squares."""
     times = float(course @ left / (course @ course))
     return times, float(np.sum((left - times * course) ** 2))

@@ -1,4 +1,4 @@
-"""A drop against those before it, at matching conditions."""
+"""Comparison of a drop with earlier ones at matching conditions."""
 
 from __future__ import annotations
 
@@ -28,38 +28,38 @@ from tdbmon.history.matching import (
 from tdbmon.history.settings import Settings
 from tdbmon.quantity import counted
 
-_MOST = 100  # of the matching drops before, the latest: older ones say little about today
-_NAMED = 4  # drops without a time
+_MOST = 100  # latest matching drops used: older ones say little about today
+_NAMED = 4  # drops without a time named in a remark
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """A drop against those before.
+    """Comparison of a drop with earlier ones.
 
     Attributes
     ----------
     entry : Entry
     conditions : Conditions
-        What counts as matching.
+        Matching conditions.
     matched : tuple of Entry
-        The drops that it was compared with, in order.
+        The drops that it is compared with, in order.
     changes : tuple of Change
-        Every feature that the drop or those before have.
+        All features of the drop or the earlier ones.
     untold : tuple of Change
-        The judged features that neither the drop nor any before has, those of the fitted simulation aside.
+        Judged features that neither the drop nor any earlier one has, fitted ones aside.
     ends : tuple of str
         As in the machine file.
     stress : dict
         By end: (drop, box) of all matching drops with forces, this one last.
     life : Life
     likeness : Likeness
-        Whether it looks like a drop of this machine at all.
+        Whether it looks like a drop of this machine.
     foreign : str
-        What to tell where its record names another machine; "" where it does not.
+        Remark if its record names another machine; else "".
     no_drop : str
-        What to tell where the shaft does not fall in its record; "" where it does.
+        Remark if the shaft does not fall in its record; else "".
     remarks : tuple of str
-        What to know when reading it.
+        Reservations about the comparison.
     settings : Settings
     """
 
@@ -78,29 +78,29 @@ class Comparison:
     settings: Settings
 
     def record(self, drop: str) -> str:
-        """Return the record's name of a matching drop, given its identifier."""
+        """Return the record name of this or a matching drop by its identifier; the identifier if unknown."""
         return next((e.raw_name for e in (*self.matched, self.entry) if e.id == drop), drop)
 
     @property
     def flagged(self) -> tuple[Change, ...]:
-        """The features that changed, the least probable first."""
+        """The judged features that differ, by increasing p-value."""
         return _least_probable_first(change for change in self.changes if change.flag)
 
     @property
     def noted(self) -> tuple[Change, ...]:
-        """The features that differ by more than chance and do not count towards the verdict, the least probable first."""
+        """The features that differ but are not judged, by increasing p-value."""
         return _least_probable_first(change for change in self.changes if change.noted)
 
     @property
     def repeated(self) -> tuple[Change, ...]:
-        """The features that are off as they were in drops before, after which they came back."""
+        """The features that are off as in earlier drops, after which they came back."""
         return tuple(change for change in self.changes if change.as_in)
 
     @property
     def drifting(self) -> tuple[Change, ...]:
-        """The judged features that rise or fall from drop to drop without standing out, the clearest first.
+        """The judged features with a significant trend whose value in this drop does not differ, by increasing p-value.
 
-        The drops before lie on the same slope, so that none of them differs from those before it.
+        In gradual wear no drop differs from its predecessors.
         """
         quiet = [c for c in self.changes if c.drifts and not c.differs and not c.as_in]
         found = [c for c in quiet if c.trend is not None and c.trend.slope.value]
@@ -108,31 +108,28 @@ class Comparison:
 
     @property
     def tested(self) -> int:
-        """How many of the judged features have a probability."""
+        """Number of judged features with a p-value."""
         return self._with_probability(judged=True)
 
     @property
     def telling(self) -> int:
-        """How many of the judged features could be called off: those that at least three drops before have too."""
+        """Number of judged features that could be flagged: those with a baseline of at least three drops."""
         return sum(
             c.kind.judged and c.difference is not None and c.difference.before.n >= LEAST_JUDGED for c in self.changes
         )
 
     @property
     def silent(self) -> int:
-        """How many of the judged features are known of this drop and of fewer than three before."""
+        """Number of judged features known in this drop with a baseline of fewer than three."""
         return sum(c.kind.judged and c.difference is not None for c in self.changes) - self.telling
 
     def detectable(self, change: Change) -> float | None:
-        """Return the smallest difference of a change that would be called off, corrected for how many are looked at with it.
-
-        None where none would.
-        """
+        """Return the smallest difference of a feature that would be significant, corrected for multiple testing; None if none."""
         level = self.settings.compare.significance / max(1, self._with_probability(judged=change.kind.judged))
         return None if change.difference is None else change.difference.detectable(level)
 
     def drop_at(self, change: Change, index: int) -> str:
-        """Return the identifier of a drop that a change's trend goes over, by its place in it."""
+        """Return the identifier of the drop at an index of a change's trend."""
         return change.trend_drops(self.entry.id)[index]
 
     def _with_probability(self, *, judged: bool) -> int:
@@ -140,7 +137,7 @@ class Comparison:
 
 
 def filed_drop(archive: Archive, drop: str) -> Drop:
-    """Return a drop of the archive to compare (raises `InputError` where there is no such)."""
+    """Return a filed drop for comparison (raises `InputError` if there is none)."""
     entry = archive.entry(drop)
     with catalogue.reading(archive.catalogue) as base:
         found = catalogue.features(base, [entry.result])[entry.result]
@@ -154,18 +151,18 @@ def filed_drop(archive: Archive, drop: str) -> Drop:
 
 
 def compare(archive: Archive, drop: Drop) -> Comparison:
-    """Compare a drop with the drops of the archive before it, at matching conditions.
+    """Compare a drop with earlier drops of the archive at matching conditions.
 
     Parameters
     ----------
     archive : Archive
     drop : Drop
-        From `filed_drop`, or of a record that is not filed.
+        From `filed_drop`, or from a record that is not filed.
 
     Returns
     -------
     Comparison
-        `tdbmon.history.standing.Judged` has the verdict on it.
+        Its verdict is in `tdbmon.history.standing.Judged`.
     """
     settings = archive.settings(drop.entry.machine)
     wanted = conditions(drop.entry, settings)
@@ -206,7 +203,7 @@ def compare(archive: Archive, drop: Drop) -> Comparison:
 
 
 def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: int) -> list[str]:
-    """Return what to know when reading a comparison, given the drops that were left out and how many were made otherwise."""
+    """Return remarks on a comparison, given the doubted drops and the number of matching ones of other provenance."""
     entry = drop.entry
     remarks = [
         *clock_remarks(entry, of_machine),
@@ -241,7 +238,7 @@ def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: i
 
 
 def _settings_remarks(archive: Archive, machine: str) -> list[str]:
-    """Return for whom there are settings that nobody has: a name that is written otherwise than in the machine file, say."""
+    """Return remarks on settings for machines without drops: their name may differ from that in the machine file."""
     return [
         f"archive.toml has settings for a machine '{name}', of which no drop is filed; if it is this one, write its name as"
         f" its machine file does: '{machine}'"
@@ -250,7 +247,7 @@ def _settings_remarks(archive: Archive, machine: str) -> list[str]:
 
 
 def _otherwise_made(base: sqlite3.Connection, drop: Drop, matched: list[Entry]) -> int:
-    """How many drops were analysed by another version or with another machine file."""
+    """Return the number of drops analysed by another version or with another machine file."""
     results = (catalogue.result(base, entry.id) for entry in matched)
     return sum((r.version, r.machine_sha256) != (drop.version, drop.machine_sha256) for r in results)
 

@@ -1,4 +1,4 @@
-"""The JSON of a comparison, of a fleet and of a drop.  Names are a contract: they are added to, never renamed."""
+"""JSON of a comparison, a fleet and a drop.  The names are a contract: they are added to, never renamed."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tdbmon.history.standing import Judged
 
 
 def comparison_json(judged: Judged, standing: Sequence[Judged] = ()) -> dict[str, Any]:
-    """Return a comparison with its verdict as plain dictionaries, with the alarms of earlier drops that stand."""
+    """Return a comparison with its verdict and the standing alarms of earlier drops as plain dictionaries."""
     comparison, verdict = judged.comparison, judged.verdict
     wanted = comparison.conditions
     return {
@@ -55,7 +55,7 @@ def comparison_json(judged: Judged, standing: Sequence[Judged] = ()) -> dict[str
 
 
 def fleet_json(folder: Path, members: Sequence[Member]) -> dict[str, Any]:
-    """Return the machines of an archive, worst first, each with the verdict that stands and the one of its latest drop."""
+    """Return the machines of an archive, worst first, each with its standing verdict and that of its latest drop."""
     return {
         "archive": str(folder),
         "machines": [
@@ -100,7 +100,7 @@ def _sight(sight: Sight) -> dict[str, Any]:
 
 
 def _box(drop: str, box: StressBox) -> dict[str, Any]:
-    """Return the box of a stress in MPa."""
+    """Return box statistics of a stress in MPa."""
     factor = OUTSIDE["MPa"]
     return {
         "drop": drop,
@@ -139,7 +139,7 @@ def _change(change: Change, comparison: Comparison) -> dict[str, Any]:
 
 
 def _before(change: Change) -> dict[str, Any]:
-    """Return number, centre and range of the drops that one is held against."""
+    """Return number, centre and range of the baseline."""
     if change.difference is None:
         return {"n": len(change.earlier), **dict.fromkeys(("centre", "median", "low", "high", "slope"))}
     before, factor = change.difference.before, OUTSIDE[change.kind.unit]

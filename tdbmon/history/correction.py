@@ -1,8 +1,8 @@
-"""Probabilities of many quantities that are looked at together, corrected for their number.
+"""Correction of p-values for multiple testing.
 
-Holm's method bounds the chance of any false flag (S. Holm, Scand. J. Stat. 6 (1979) 65), that of Benjamini and Hochberg the share
-of false ones among the flags (J. R. Stat. Soc. B 57 (1995) 289).  Both are in statsmodels too, whose function collects all
-garbage at every call: 0.2 s with records in memory, and the history of a machine corrects a hundred times.
+Holm's method bounds the probability of any false alarm (S. Holm, Scand. J. Stat. 6 (1979) 65), that of Benjamini and Hochberg
+the false discovery rate (J. R. Stat. Soc. B 57 (1995) 289).  statsmodels has both too, but its function runs a full garbage
+collection at every call: 0.2 s with records in memory, and the history of a machine needs a hundred calls.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Method = Literal["holm", "fdr_bh"]
 
 
 def corrected(p: Sequence[float], method: Method) -> list[float]:
-    """Return probabilities corrected for how many they are, each at most 1, in the order given."""
+    """Return p-values corrected for their number, each at most 1, in the given order."""
     rising = np.argsort(p)
     each, number = np.array(p, dtype=float)[rising], len(p)
     if method == "holm":

@@ -1,23 +1,22 @@
-"""One drop's value against those of the drops before: how far off it is, and whether chance makes it so.
+"""One drop's value against its baseline of earlier drops: the difference and its significance.
 
-The value x of the drop is held against a prediction from n earlier values with the centre m and the scatter s: x - m has
-the standard error s sqrt(1 + 1/n) and, over it, Student's t distribution.  Below 15 drops m and s are mean and standard
-deviation with n - 1 degrees of freedom; from 15 on Tukey's biweight location and scale, which odd drops among them do not
-move, with 0.7 (n - 1) (F. Mosteller, J. W. Tukey, Data Analysis and Regression, 1977).  With fewer drops the biweight's t
-is too sure of itself: of normal values, 0.4 % fall below a stated 0.1 % at n = 6, and 0.1 % as stated from 15 on (a test
-counts them).  Where x itself is less certain than any of those before, what it is worse by is added.  An error that is a share
-of the value grows with it, and is no worse for that.  A scatter below `least` is never believed.
+The value x is compared with the prediction from n earlier values of centre m and scatter s: x - m has the standard error
+s sqrt(1 + 1/n), and their ratio Student's t distribution.  Below 15 drops m and s are mean and standard deviation, with n - 1
+degrees of freedom; from 15 on Tukey's biweight location and scale, which outliers do not move, with 0.7 (n - 1)
+(F. Mosteller, J. W. Tukey, Data Analysis and Regression, 1977).  With fewer drops the biweight's t is anticonservative: the
+false-alarm rate for normal values at a nominal 0.1 % is 0.4 % at n = 6, and 0.1 % from 15 on (verified by a test).  If the
+variance of x itself exceeds the largest among the earlier values, the excess is added; relative errors are first scaled to the
+larger value.  The scatter is at least `least`.
 
-Where the values rise or fall from drop to drop, their scatter about a mean is that change itself.  Each is then carried along
-their slope to the drop's place first: s is the scatter about the line, which has a degree of freedom less, and its slope adds
-to the error what it is uncertain by.
+If the values have a trend, their scatter about a mean is mostly that trend.  Each is then first extrapolated along the slope to
+this drop: s is the scatter about the line, with one degree of freedom less, and the uncertainty of the slope is added to the
+error.
 
-A drop that was itself off is no measure for those after it: `baseline` goes through the earlier values in their order and
-leaves out those that were beyond chance when they came, by the rule that flags a drop.  Without that, a change would hide the
-next drop with the same change.
+Outliers are excluded from the baseline: `baseline` goes through the earlier values in order and leaves out those that were
+significant when they came, by the rule that flags a drop.  Otherwise a change would hide the next drop with the same change.
 
-With n = 1 there is no scatter to compare with and no probability is stated; with 2 nothing is called off; with 3 the interval is
-so wide that only gross changes stand out: `detectable` says how large a change must be to be flagged at all.
+With n = 1 there is no scatter and no p-value; with 2 nothing is flagged; with 3 the prediction interval is so wide that only
+gross changes stand out: `detectable` gives the smallest change that would be flagged.
 """
 
 from __future__ import annotations
@@ -37,23 +36,23 @@ _ROBUST_FROM = 15
 _TUNING = 9.0  # of the biweight's scale, in units of the median absolute deviation; 6 for its location
 _LOCATION = 6.0
 _TAIL = 0.975
-LEAST_JUDGED = 3  # drops before, to call one off: with two, the scatter rests on a single difference
+LEAST_JUDGED = 3  # earlier drops needed to flag one: with two, the scatter rests on a single difference
 
 
 @dataclass(frozen=True)
 class Before:
-    """The drops before, of one feature (SI).
+    """Baseline of one feature (SI).
 
     Attributes
     ----------
     n : int
     median, centre : float
     scatter : float or None
-        Standard deviation between drops; None for a single one.
+        Standard deviation between drops; None for a single drop.
     freedom : float
         Degrees of freedom of the scatter.
     slope : float or None
-        A drop, along which they were carried to the place of this one; None where they are taken as they are.
+        Per drop, along which the values were extrapolated to this drop; None if they were not.
     """
 
     n: int
@@ -66,7 +65,7 @@ class Before:
 
 @dataclass(frozen=True)
 class Difference:
-    """A drop's value less those before (SI).
+    """A drop's value less the centre of its baseline (SI).
 
     Attributes
     ----------
@@ -74,11 +73,11 @@ class Difference:
     value : float
         x less the centre.
     low, high : float or None
-        95 % interval of it; None where the scatter is not known.
+        95 % interval of the difference; None if the scatter is unknown.
     p : float or None
-        Probability of a difference at least as large, of either sign, from a drop like those before.
+        Two-sided p-value of the difference.
     error : float or None
-        Standard error of the difference; 0 where all values are nought and `least` is a share of them.
+        Standard error of the difference; 0 if all values are zero and `least` is relative to them.
     """
 
     before: Before
@@ -89,7 +88,7 @@ class Difference:
     error: float | None
 
     def detectable(self, level: float) -> float | None:
-        """Return the smallest difference that has a probability below a level; None where none is called off."""
+        """Return the smallest difference significant at a level; None if none is flagged."""
         from scipy.special import stdtrit
 
         if not self.error or self.before.n < LEAST_JUDGED:
@@ -98,7 +97,7 @@ class Difference:
 
 
 def summarise(values: Array, least: float) -> Before:
-    """Return centre and scatter of earlier values (n,), n >= 1; a scatter below `least` counts as `least`."""
+    """Return centre and scatter, at least `least`, of earlier values (n,), n >= 1."""
     n, median = len(values), float(np.median(values))
     if n == 1:
         return Before(1, median, median, None, 0.0)
@@ -109,22 +108,22 @@ def summarise(values: Array, least: float) -> Before:
 
 
 def along_slope(values: Array, back: Array, least: float) -> tuple[Before, float]:
-    """Return centre and scatter of earlier values (n,), n >= 3, about their line, and the share of its slope in the variance.
+    """Return centre and scatter of earlier values (n,), n >= 3, about their trend line, and the variance added by its slope.
 
     Parameters
     ----------
     values : (n,) array
     back : (n,) array
-        How many drops each lies before the one that they are carried to.
+        Number of drops from each to the drop that they are extrapolated to.
     least : float
-        Smallest scatter that is believed.
+        Lower bound of the scatter.
 
     Returns
     -------
     Before
         At that drop.
     float
-        What the slope's own error adds to the variance of the centre there, over that of the scatter (least squares).
+        Variance of the centre there due to the slope, over the variance of the scatter (as for least squares).
     """
     from scipy.stats import theilslopes
 
@@ -146,20 +145,20 @@ def compare_value(
     relative: bool = False,
     back: Array | None = None,
 ) -> Difference:
-    """Return the difference of a value from those before.
+    """Return the difference of a value from its baseline.
 
     Parameters
     ----------
     value, sigma : float
-        Of the drop, with its own standard error (0 where not known).
+        Of the drop, with its own standard error (0 if unknown).
     values, sigmas : (n,) arrays
-        Of the drops before.
+        Of the baseline.
     least : float
-        Smallest scatter that is believed.
+        Lower bound of the scatter.
     relative : bool
-        Errors are shares of the value, where those before are plainly not nought.
+        Standard errors scale with the value, if the baseline is significantly different from zero.
     back : (n,) array, optional
-        How many drops each lies before this one; with it they are held against it along their slope.
+        Number of drops from each to this one; if given, they are extrapolated along their slope.
     """
     from scipy.special import stdtrit
 
@@ -178,24 +177,24 @@ def compare_value(
 
 
 def baseline(values: Array, least: Array, level: float, correction: Method = "holm") -> NDArray[np.bool_]:
-    """Return which of the values (n, k) of k quantities, drop by drop in order, are a measure for what comes after.
+    """Return the baseline of k features as a mask over their values (n, k) in drop order, True where kept.
 
-    A value is left out by the rule of a flag: its probability by the values kept so far, three at least, is corrected for how
-    many quantities the drop has.  With a stricter one a drop that was flagged would stay a measure, and hide the next like it.
+    A value is excluded by the rule that flags a drop: its p-value against the values kept so far, at least three, corrected for
+    the number of features in the drop.  With a stricter rule a flagged drop would stay in the baseline and hide the next like it.
 
     Parameters
     ----------
     values : (n, k) array
-        NaN where a drop lacks a quantity.
+        NaN where a drop lacks a feature.
     least : (k,) array
-        Smallest scatter that is believed.
+        Lower bounds of the scatter.
     level : float
-        Corrected probability up to which a value is left out.
+        Corrected p-value up to which a value is excluded.
     correction : str
-        How the probabilities of a drop are corrected together.
+        Method of correction for multiple testing within a drop.
     """
     kept = np.ones(values.shape, dtype=bool)
-    # of those kept so far (B. P. Welford, Technometrics 4 (1962) 419)
+    # running statistics of the values kept so far (B. P. Welford, Technometrics 4 (1962) 419)
     n, mean, squares = np.zeros(len(least), int), np.zeros(len(least)), np.zeros(len(least))
     for row, keep in zip(values, kept, strict=True):
         known = np.isfinite(row)
@@ -214,7 +213,7 @@ def baseline(values: Array, least: Array, level: float, correction: Method = "ho
 
 
 def _probability(difference: Array, error: Array, freedom: Array) -> Array:
-    """Return the probabilities of differences at least as large by chance; 1 or 0 where there is no error at all."""
+    """Return two-sided p-values of differences; 1 or 0 where the standard error is 0."""
     from scipy.special import stdtr
 
     sure = error == 0
@@ -225,8 +224,8 @@ def _probability(difference: Array, error: Array, freedom: Array) -> Array:
 def biweight(values: Array) -> tuple[float, float]:
     """Return Tukey's biweight location and scale of values (n,).
 
-    Where at least half of them are equal the biweight has no scale: then median and standard deviation, which the odd ones
-    among them widen, so that the next odd one is not flagged for being unequal.
+    If at least half of them are equal the biweight has no scale: then median and standard deviation, which outliers among them
+    widen, so that the next one is not flagged merely for being unequal.
 
     Source: D. C. Hoaglin, F. Mosteller, J. W. Tukey, Understanding Robust and Exploratory Data Analysis (1983),
     sections 11 and 12.

@@ -1,4 +1,4 @@
-"""A drop to compare: what the archive, or the analysis of a record that is not filed, tells of it."""
+"""A drop to compare, from the archive or from the analysis of a record that is not filed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.history.filing import StressBox
 
 @dataclass(frozen=True)
 class Drop:
-    """A drop to compare: of the archive, or one that is not filed."""
+    """A drop to compare, filed or not."""
 
     entry: Entry
     features: tuple[Feature, ...]
@@ -19,5 +19,5 @@ class Drop:
     version: str
     machine_sha256: str
     ends: tuple[str, ...]  # as in its machine file
-    foreign: str = ""  # what to tell where the record names another machine
-    no_drop: str = ""  # and where the shaft does not fall in it
+    foreign: str = ""  # remark if the record names another machine
+    no_drop: str = ""  # remark if the shaft does not fall in the record

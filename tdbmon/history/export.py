@@ -22,10 +22,10 @@ ORDER BY d.moment, d.filed, d.id, f.version, f.name, f.end
 
 
 def features_table(archive: Archive) -> pd.DataFrame:
-    """Return all features of all results, a row each.
+    """Return all features of all results, one row each.
 
-    `current` marks those of the result that counts.  `place` is that of the drop among those of its machine, from 1.
-    `dropped` is in UTC, in one format, and empty where it is not known; a time that states no zone counts as UTC.
+    `current` marks the drop's current result.  `place` is the number of the drop among those of its machine, from 1.
+    `dropped` is in UTC, in one format, and empty if unknown; a time without a zone counts as UTC.
     """
     with catalogue.reading(archive.catalogue) as base:
         table = pd.read_sql_query(_QUERY, base)
@@ -44,12 +44,12 @@ def features_table(archive: Archive) -> pd.DataFrame:
 
 
 def export(archive: Archive, path: Path) -> int:
-    """Write all features as .csv or .parquet; return how many rows.
+    """Write all features as .csv or .parquet; return the number of rows.
 
     Raises
     ------
     InputError
-        If the suffix is another, pyarrow is missing, or the place cannot be written.
+        If the suffix is another, pyarrow is missing, or the file cannot be written.
     """
     suffix = path.suffix.lower()
     if suffix not in (".csv", ".parquet"):

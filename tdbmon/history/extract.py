@@ -21,10 +21,10 @@ if TYPE_CHECKING:
 
 
 def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[Feature, ...]:
-    """Return every feature of `KINDS` of one drop, the missing ones with the reason why.
+    """Return every feature of `KINDS` of one drop, missing ones with the reason.
 
-    Their intervals are without the errors that estimates tell as shared by all drops of the machine (`Estimate.scatter`): no
-    difference between drops holds these.
+    Their intervals exclude the errors common to all drops of the machine (`Estimate.scatter`), which cancel in differences
+    between drops.
 
     Parameters
     ----------
@@ -111,7 +111,7 @@ def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     initial = Estimate.missing("Hz", "the record holds no speed")
     if analysis.rundown is not None:
         initial = analysis.rundown.initial
-    try:  # what drops share of the radius they share of V
+    try:  # errors of the radius common to all drops are common to V too
         found = severity(analysis.planes, end.name, analysis.release.time.value, initial.apart, end.gap.radius.apart)
     except InputError as error:
         return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", str(error)))
@@ -122,7 +122,7 @@ def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
     names = [name for name, kind in KINDS.items() if kind.forces]
     if fitted is None or end not in fitted.forces.ends:
         return [Feature(name, end, Estimate.missing(KINDS[name].unit, NO_FORCES)) for name in names]
-    if why := fitted.forces.withheld:  # the values are those of the same fit
+    if why := fitted.forces.withheld:  # the fitted values come from the same fit
         return [Feature(name, end, Estimate.missing(KINDS[name].unit, why)) for name in names]
     forces, values = fitted.forces.ends[end], fitted.calibration.values
     stated = "the machine file states it without a tolerance, so that it was not fitted"
@@ -146,7 +146,7 @@ def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
 
 
 def _in(estimate: Estimate, unit: str) -> Estimate:
-    """Return the same quantity told in another unit of its kind."""
+    """Return the estimate with another unit of the same dimension."""
     e = estimate
     return Estimate(e.value, e.low, e.high, unit, e.method, e.why, e.kind)
 

@@ -1,8 +1,8 @@
-"""What a drop uses up of the fatigue life of a bearing's balls: the rainflow sum of the fitted model's stresses.
+"""Fatigue damage of a bearing's balls in a drop: rainflow sum of the stresses of the fitted model.
 
-`tdbsim.fatigue` counts and sums.  Each ball's Hertz pressure is counted in the simulations of the forces, over the first
-0.2 s after the release, which hold the hard contacts.  Which ball suffers most differs from one to the next, and so does
-how much: the ninth power of a stress that bounces decide.
+`tdbsim.fatigue` counts and sums.  The Hertz pressure of each ball is counted in the simulations of the forces, over the first
+0.2 s after the release, which contain the hard contacts.  The most damaged ball and its damage vary between simulations, since
+damage goes with the ninth power of a stress that depends on the bounces.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from tdbmon.identify.model_share import FATIGUE
 
 
 def fatigue_of(members: Sequence[DropFatigue], end: str) -> Estimate:
-    """Return the fatigue of a calibrated drop at an end, in cycles from nothing to 2000 MPa of the ball that suffers most.
+    """Return the fatigue of a calibrated drop at an end, in cycles from 0 to 2000 MPa of the most damaged ball.
 
     Parameters
     ----------
     members : sequence of DropFatigue
-        Of the simulations (`tdbmon.identify.forces.EndForces.fatigue`): their median, and in the logarithm 1.96 times their
-        standard deviation with that of the model (`tdbmon.identify.model_share`).
+        Of the simulations (`tdbmon.identify.forces.EndForces.fatigue`).  The estimate is their median; its interval is, in the
+        logarithm, 1.96 times their standard deviation combined with that of the model (`tdbmon.identify.model_share`).
     end : str
     """
     sums = np.array([each.worst for each in members])
@@ -41,5 +41,5 @@ def fatigue_of(members: Sequence[DropFatigue], end: str) -> Estimate:
 
 
 def indented(where: str) -> str:
-    """Return what it means that balls come above the static limit, behind the words of where they do."""
+    """Return the remark on balls above the static limit, beginning with the given words."""
     return f"{where} above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and there the sum does not hold"

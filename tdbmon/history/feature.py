@@ -1,4 +1,4 @@
-"""What the archive keeps of a drop: one number with its interval, by name and end."""
+"""Features: the quantities of a drop kept in the archive, each an estimate by name and end."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.estimate import Estimate
 
 Key = tuple[str, str]  # name and end of a quantity
 
-NO_FORCES = "needs the fitted simulation: file the drop with --forces"  # why a quantity of it is missing
+NO_FORCES = "needs the fitted simulation: file the drop with --forces"  # reason for a missing fitted feature
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class Feature:
     Attributes
     ----------
     name : str
-        Of `KINDS`; bears its unit outside (``gap_um``).
+        Key of `KINDS`; includes the unit of output (``gap_um``).
     end : str
         The machine's end; empty for the whole rotor.
     estimate : Estimate
@@ -37,35 +37,35 @@ class Feature:
 
 @dataclass(frozen=True)
 class FeatureKind:
-    """What a feature is, and how its changes are judged.
+    """Definition of a feature, and how its changes are judged.
 
     Attributes
     ----------
     name : str
     title : str
-        As a report says it.
+        For reports.
     unit : str
-        Of `tdbmon.estimate.OUTSIDE`.
+        Key of `tdbmon.estimate.OUTSIDE`.
     least : float
-        Smallest scatter between drops that is ever assumed (standard deviation), SI, or relative where `relative`:
-        about what one in ten of the synthetic machines of `docs/history.md` stays below.  Few drops lie close together
-        by luck; a scatter below this is taken for luck.
+        Lower bound of the scatter between drops (standard deviation), SI, or relative if `relative`: about the 10th percentile
+        over the synthetic machines of `docs/history.md`, since the scatter of few drops may be small by chance.
     relative : bool
-        `least` is a share of the value.
+        `least` is relative to the value.
     meaning : str
-        What a change of it may come from.
+        Possible causes of a change.
     less : str
-        What a smaller value may come from, where that is something else; nothing that wears makes a clearance smaller.
+        Possible causes of a decrease, if different; wear never makes a clearance smaller.
     both_ends : bool
-        The impact at the other end feeds it or takes from it, so that a change may come from there.
+        The impact at the other end adds energy to it or takes energy from it, so that a change may come from there.
     two_forms : bool
-        How the bounces of both ends fall together decides it, which gives it a seldom form beside the usual one on some machines.
+        It depends on how the bounces of both ends coincide, and so has a rare form beside the usual one on some machines.
     carried : bool
-        A position that the line through the probes of both ends carries to the bearing, so that one of the other end moves it.
+        A position extrapolated to the bearing along the line through the probes of both ends, so that a probe at the other end
+        affects it.
     forces : bool
         It needs the fitted simulation (``--forces``).
     judged : bool
-        A change of it counts towards the verdict; of what is no matter of the fall and its contacts it is told beside it.
+        A change counts towards the verdict; changes of features unrelated to the fall and its contacts are reported beside it.
     """
 
     name: str
@@ -82,11 +82,11 @@ class FeatureKind:
     judged: bool = True
 
     def title_at(self, end: str) -> str:
-        """Return title and end, as a report says them; an empty end for the whole rotor."""
+        """Return title and end for reports; an empty end stands for the whole rotor."""
         return f"{self.title}, {end}" if end else self.title
 
     def causes(self, difference: float) -> str:
-        """Return what a change of it may come from, given its difference."""
+        """Return the possible causes of a change, given its difference."""
         return self.less if self.less and difference < 0 else self.meaning
 
 

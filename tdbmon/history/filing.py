@@ -1,4 +1,4 @@
-"""A drop as the archive files it: whose it is, when it was, what was found, and by what."""
+"""A drop as filed in the archive: machine, time, results and their provenance."""
 
 from __future__ import annotations
 
@@ -33,23 +33,23 @@ class Filing:
     sha256 : str
         Of the raw file.
     raw_name : str
-        Its name when it was filed first.
+        Its name at the first filing.
     machine : str
         The machine's name.
     machine_sha256 : str
-        Of the machine file that it was analysed with.
+        Of the machine file used in the analysis.
     dropped : str
-        ISO 8601 time of the drop; empty where neither the record nor its owner tells.
+        ISO 8601 time of the drop; empty if neither the record nor its owner states one.
     filed : str
         ISO 8601 time of the filing.
     assembly : str
-        Which assembly of the machine (after an overhaul, say); the owner's own word, empty by default.
+        Name of the machine's assembly (new after an overhaul, say), chosen by the owner; empty by default.
     synthetic : bool
-        The record says of itself that it was computed.
+        The record states that it was simulated.
     version : str
         Of the program.
     forces : bool
-        The simulation was fitted too.
+        Whether the simulation was fitted too.
     features : tuple of Feature
     stress : tuple of StressBox
         Empty without forces.
@@ -58,7 +58,7 @@ class Filing:
     analysis : dict
         The JSON of `tdbmon analyse`.
     first : str
-        When the drop was filed first, by an earlier result; "" where this is the first one.
+        Time of the drop's first filing, by an earlier result; "" if this is the first one.
     """
 
     sha256: str
@@ -84,17 +84,17 @@ class Filing:
 
     @property
     def foreign(self) -> str:
-        """What to tell where the record names another machine; "" where it does not."""
+        """Remark if the record names another machine; else ""."""
         return self._failed("machine")
 
     @property
     def no_drop(self) -> str:
-        """What to tell where the shaft does not fall in the record; "" where it does."""
+        """Remark if the shaft does not fall in the record; else ""."""
         return self._failed("drop")
 
     @property
     def unread_date(self) -> str:
-        """What to tell where the record states a date that is not understood; "" where it does not."""
+        """Remark if the record states a date that cannot be parsed; else ""."""
         return self._failed("date")
 
     def _failed(self, check: str) -> str:
@@ -103,26 +103,26 @@ class Filing:
 
     @property
     def name(self) -> str:
-        """Name of the result file: one for each drop, version, machine file, and with or without forces."""
+        """Name of the result file, unique for program version, machine file, and with or without forces."""
         return result_name(self.version, self.machine_sha256, self.forces)
 
 
 def raw_place(sha256: str, name: str) -> str:
-    """Return where in an archive the raw file of a record with this name belongs."""
+    """Return the path in an archive of a raw file with this SHA-256 and name."""
     return f"raw/{sha256[:2]}/{sha256}{PurePath(name).suffix.lower()}"
 
 
 def result_name(version: str, machine_sha256: str, forces: bool) -> str:
-    """Return the name of the result file that a program version makes of a drop with a machine file.
+    """Return the name of the result file of a program version with a machine file.
 
-    "forces2" holds the fatigue of the drop; what was filed as "forces" before that was counted stays, and is made again
-    where its drop is analysed again.
+    "forces2" includes the fatigue of the drop; older results named "forces" do not.  They are kept, and made anew when their
+    drop is analysed again.
     """
     return f"{version}-{machine_sha256[:8]}{'-forces2' if forces else ''}.nc"
 
 
 def satisfying_names(version: str, machine_sha256: str, forces: bool) -> tuple[str, ...]:
-    """Return the names of the results that hold what is wanted of a drop: with forces where they are wanted, else any."""
+    """Return the names of the result files that satisfy a request: those with forces if requested, else any."""
     own = result_name(version, machine_sha256, True)
     if forces:
         return (own,)

@@ -1,4 +1,4 @@
-"""Many machines side by side: the alarm that stands or the latest drop of each, worst first."""
+"""The machines of an archive side by side, each by its worst standing alarm or else its latest drop; worst first."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tdbmon.history.standing import Judged, judge, standing
 from tdbmon.history.verdict import WORST_FIRST, Verdict
 from tdbmon.progress import Progress, silent
 
-REASONS = 3  # of an alarm, that are told of a fleet: the machine's own report has all
+REASONS = 3  # most reasons of an alarm shown for a fleet; the machine's own report has all
 
 
 @dataclass(frozen=True)
@@ -24,13 +24,13 @@ class Member:
     machine : str
     drops : int
     synthetic : int
-        How many of them were computed, not measured.
+        Number of simulated drops.
     undated : int
-        How many of them state no time; they count as earlier than those that do.
+        Number of drops without a time; they are ordered before those with one.
     latest : Judged
         Its latest drop.
     standing : tuple of Judged
-        Its alarms that stand, of whatever drop, the worst first.
+        Its standing alarms, of any drop, the worst first.
     """
 
     machine: str
@@ -42,7 +42,7 @@ class Member:
 
     @property
     def judged(self) -> Judged:
-        """The drop by which the machine is judged: of the worst alarm that stands, else the latest."""
+        """The drop that determines the machine's verdict: that of the worst standing alarm, else the latest."""
         return self.standing[0] if self.standing else self.latest
 
     @property
@@ -57,7 +57,7 @@ class Member:
 
     @property
     def furthest(self) -> float:
-        """Greatest difference of a judged quantity, in standard errors; 0 where none is known."""
+        """Greatest difference of a judged feature, in standard errors; 0 if none is known."""
         found = [
             abs(c.difference.value / c.difference.error)
             for c in self.comparison.changes
@@ -67,20 +67,20 @@ class Member:
 
     @property
     def gap_limits(self) -> dict[str, float]:
-        """Radius at rest (m) an end at which its growth reaches the limit, by what it is counted from."""
+        """Alarm limit of the radius at rest of each end, m."""
         growth = self.comparison.settings.inspect.gap_growth
         found = {c.end: c.growth_from for c in self.comparison.changes if c.kind.name == "gap_um"}
         return {end: level * (1 + growth) for end, level in found.items() if level is not None}
 
     @property
     def hardest(self) -> tuple[str, float] | None:
-        """End and Hertz stress (Pa) of the most loaded ball in the latest drop and those that match it; None without forces."""
+        """End and Hertz stress (Pa) of the most loaded ball in the latest drop and its matching drops; None without forces."""
         found = self.latest.comparison.stress
         worst = [(end, max(box.greatest for _, box in boxes)) for end, boxes in found.items() if boxes]
         return max(worst, key=lambda each: each[1], default=None)
 
     def gaps(self) -> dict[str, list[tuple[int, Estimate]]]:
-        """Radius at rest an end, with the number of the drop among the matching ones and the one judged."""
+        """Radius at rest of each end, with the number of its drop among the matching ones and the one judged."""
         found = self.comparison
         number = {entry.id: i for i, entry in enumerate((*found.matched, found.entry), start=1)}
         return {

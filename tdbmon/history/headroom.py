@@ -1,4 +1,4 @@
-"""How far the gaps that have grown are from the limit of their growth (`gap_growth`), a share of the radius at rest."""
+"""Headroom of grown gaps to the limit of their growth (`gap_growth`), relative to the radius at rest."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ _GAPS = (
 
 @dataclass(frozen=True)
 class Headroom:
-    """A gap, or what grows with it, that has grown by more than chance.
+    """Significant growth of a gap, or of a feature that grows with it.
 
     Attributes
     ----------
     change : Change
     radius : float or None
-        At rest, of the drops before, m.
+        Radius at rest of the earlier drops, m.
     growth : float or None
-        Of the radius by this quantity, as a share of it; None where no drop before tells a radius.
+        Relative growth of the radius inferred from this feature; None if no earlier drop has a radius.
     limit : float
     """
 
@@ -38,7 +38,7 @@ class Headroom:
 
 
 def headroom(comparison: Comparison) -> tuple[Headroom, ...]:
-    """Return what has grown with a gap, in the order of reports."""
+    """Return the grown gaps and features that grow with them, in the order of reports."""
     return tuple(
         _of(change, comparison)
         for change in comparison.changes

@@ -1,14 +1,14 @@
-"""What the touchdown bearings have been through: full drops against the number agreed, and stress against the first drop.
+"""Usage of the touchdown bearings: full drops against the agreed number, and accumulated damage in units of the first drop's.
 
-API 617 asks that touchdown bearings stand an agreed number of coast-downs from trip speed, at least two, without
+API 617 requires touchdown bearings to survive an agreed number of coast-downs from trip speed, at least two, without
 replacement, and ten partial contacts; ISO 14839-4 leaves the number to vendor and user.  So the number is the owner's
-setting, and there is no default for it.
+setting, without a default.
 
 The damage is a Palmgren-Miner sum with the stress-life exponent 9 of rolling contact (G. Lundberg, A. Palmgren, 1947; ISO
-281), told in drops like the machine's first.  A drop counts with the rainflow cycles of its stress history
-(`tdbmon.history.fatigue`); where some were filed before these were counted, all count with one cycle at their greatest
-stress, and it is said.  It compares drops of one machine, and is no life in hours: a drop slides, and comes near the
-static limits, where that law was not measured.
+281), in multiples of the machine's first drop.  Each drop contributes the rainflow cycles of its stress history
+(`tdbmon.history.fatigue`); if some drops were filed before these were counted, each contributes one cycle at its greatest
+stress, with a remark.  The sum compares drops of one machine and is no life in hours: drops involve sliding and stresses near
+the static limits, outside the range of that law.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from tdbmon.history.fatigue import indented
 from tdbmon.history.feature import Feature
 from tdbmon.history.matching import counts
 
-_FULL_SHARE = 0.9  # of the full speed: from there on a drop counts as full
+_FULL_SHARE = 0.9  # of the full speed, from which on a drop counts as full
 
 
 @dataclass(frozen=True)
 class Life:
-    """What a machine's present assembly went through, the drop that is compared included where it counts (`counts`).
+    """Usage of an assembly, including the drop compared if it counts (`counts`).
 
     Attributes
     ----------
     full_drops : int
-        Drops from at least 90 % of the full speed; all where that is not stated.
+        Drops from at least 90 % of the full speed or from unknown speed; all if the full speed is not stated.
     partial_drops : int
     agreed : int or None
     damage : Estimate
-        In drops like the first, of the end that suffered most.
+        In multiples of the first drop, at the most damaged end.
     damages : dict
-        The same by end; empty where it is not known.
+        The same by end; empty if unknown.
     margin : Estimate
         Agreed drops less the greater of full drops and damage.
     """
@@ -57,7 +57,7 @@ class Life:
 
 @dataclass(frozen=True)
 class _Wear:
-    """What a drop did to an end, in any unit, and the standard deviation of its logarithm."""
+    """Damage by a drop at an end, in any unit, and the standard deviation of its logarithm."""
 
     size: float
     error: float
@@ -70,7 +70,7 @@ def life_of(
     greatest: dict[int, tuple[Feature, ...]],
     agreed: settings_of.Life,
 ) -> Life:
-    """Return what the assembly of a drop went through up to and with this drop.
+    """Return the usage of a drop's assembly up to and including this drop.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def life_of(
 
 
 def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _Wear]:
-    """Return a power of a drop's rainflow fatigue, or of its greatest stress for one cycle at that, by end."""
+    """Return a drop's damage by end: its features' values raised to the exponent."""
     found = {}
     for feature in features:
         e = feature.estimate
@@ -113,7 +113,7 @@ def _wear(features: tuple[Feature, ...], exponent: float = 1.0) -> dict[str, _We
 
 
 def _damages(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) -> tuple[dict[str, Estimate], str]:
-    """Return the damage of each end, by rainflow cycles where every drop has them, and why where there is none."""
+    """Return the damage by end, from rainflow cycles if every drop has them, and the reason if there is none."""
     if not counted:
         return {}, "no drop of this machine is filed yet"
     without = sum(not a and not b for a, b in zip(counted, greatest, strict=True))
@@ -140,7 +140,7 @@ def _sums(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> dict[str, 
         first, *later = (each[end] for each in drops)
         shares = [each.size / first.size for each in later]
         more = math.fsum(shares)
-        # the first counts 1 by definition; its error is in all the others
+        # the first drop counts 1 by definition; its error is common to all the others
         own = math.hypot(*(share * each.error for share, each in zip(shares, later, strict=True))) / (more or 1.0)
         factor = math.exp(Z95 * math.hypot(own, first.error))
         sums[end] = Estimate(1 + more, 1 + more / factor, 1 + more * factor, "1", f"{rule}, {end}", why)
@@ -148,7 +148,7 @@ def _sums(drops: list[dict[str, _Wear]], rule: str, why: str = "") -> dict[str, 
 
 
 def _with_indented(damage: Estimate, stresses: list[tuple[Feature, ...]]) -> Estimate:
-    """Say of a damage in how many drops the balls came above the static limit, where it is no sum of fatigue alone."""
+    """Add to a damage a remark on the drops with balls above the static limit, where the sum does not hold."""
     beyond = sum(any((f.estimate.value or 0.0) > STATIC_LIMIT for f in found) for found in stresses)
     if damage.value is None or not beyond:
         return damage

@@ -1,4 +1,4 @@
-"""What a drop loses where it is analysed again: a result that counts from now on and says less is told."""
+"""Losses when a drop is analysed again: what its new current result lacks against the previous one."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from tdbmon.history.feature import KINDS
 from tdbmon.history.filing import Filing
 from tdbmon.quantity import counted, first_few
 
-_NAMED = 4  # quantities
-_MISSING = "present "  # check of a channel that is not found
+_NAMED = 4  # quantities named in a remark
+_MISSING = "present "  # prefix of the check on a missing channel
 
 
 def losses(before: Filing, after: Filing) -> tuple[str, ...]:
-    """Return in words what one result of a drop has and a later one lacks: speed, channels, checks, quantities."""
+    """Return in words what a drop's later result lacks against the earlier one: speed, channels, checks, quantities."""
     found = []
     speed = speed_of(before.features)
     if speed is not None and speed_of(after.features) is None:

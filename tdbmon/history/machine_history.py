@@ -1,4 +1,4 @@
-"""All drops of one machine: each against those before it, and the trends over all of them."""
+"""All drops of one machine: each compared with the earlier ones, and the trends over all."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tdbmon.history.speed_class import speed_classes
 from tdbmon.history.standing import Judged, judge, standing
 from tdbmon.progress import Progress, silent
 
-_MOST = 40  # of the latest drops are judged one by one
+_MOST = 40  # latest drops that are judged one by one
 
 
 @dataclass(frozen=True)
@@ -28,15 +28,15 @@ class Course:
     ----------
     name, end : str
     values : tuple of (Entry, Estimate)
-        In order; those that are known.
+        Known values, in order.
     slope : Estimate
-        A drop, over all speeds and assemblies; missing where a step describes them better.
+        Per drop, common to all speeds and assemblies; missing if a step describes them better.
     step : Entry or None
         The first drop after that step.
     rise : Estimate
-        By how much the levels rise there.
+        Rise of the levels at the step.
     step_p : float or None
-        Probability of a step as clear by chance.
+        p-value of the step.
     """
 
     name: str
@@ -54,7 +54,7 @@ class Course:
 
     @property
     def title(self) -> str:
-        """Name and end, as a report says it."""
+        """Title with the end, for reports."""
         return KINDS[self.name].title_at(self.end)
 
 
@@ -67,11 +67,11 @@ class MachineHistory:
     machine : str
     entries : tuple of Entry
     classes : tuple of int
-        Class of speed of each.
+        Speed class of each.
     judged : tuple of Judged
-        The latest drops, each against those before it.
+        The latest drops, each with its comparison.
     standing : tuple of Judged
-        The alarms that stand, of whatever drop, the worst first.
+        The standing alarms, of any drop, the worst first.
     courses : tuple of Course
     """
 
@@ -84,18 +84,18 @@ class MachineHistory:
 
     @property
     def flagged(self) -> dict[Key, tuple[str, ...]]:
-        """By feature and end, the identifiers of the drops in which it was flagged, of those whose records show the machine."""
+        """Identifiers of the drops in which a feature was flagged, by name and end; drops with doubted records left out."""
         found: dict[Key, tuple[str, ...]] = {}
         for judged in self.judged:
             if doubts(judged.comparison.entry.failed_checks):
-                continue  # the courses are without it
+                continue  # the courses leave it out
             for change in judged.comparison.flagged:
                 found[change.key] = (*found.get(change.key, ()), judged.comparison.entry.id)
         return found
 
     @property
     def standing_earlier(self) -> tuple[Judged, ...]:
-        """The alarms that stand of drops before the latest."""
+        """The standing alarms of drops before the latest."""
         return tuple(each for each in self.standing if each is not self.last)
 
     @property
@@ -105,7 +105,7 @@ class MachineHistory:
 
 
 def machine_history(archive: Archive, machine: str, progress: Progress = silent) -> MachineHistory:
-    """Return the history of a machine (raises `InputError` where the archive has no drops of it)."""
+    """Return the history of a machine (raises `InputError` if the archive has no drops of it)."""
     entries = archive.entries(machine)
     settings = archive.settings(machine)
     with catalogue.reading(archive.catalogue) as base:
@@ -148,7 +148,7 @@ def _course(
     entries: list[Entry],
     levels: list[tuple[int, str]],
 ) -> Course:
-    """Return one feature's course with its slope, or with the step that describes it better."""
+    """Return one feature's course with its common slope, or with a common step if that describes it better."""
     unit, order = KINDS[name].unit, range(len(entries))
     step = common_step(series, order, levels, unit)
     if step is None:

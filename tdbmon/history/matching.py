@@ -1,4 +1,4 @@
-"""Which earlier drops a drop compares with: the same machine, the same assembly, about the same speed, before it."""
+"""Matching: a drop is compared with earlier drops of the same machine and assembly at about the same speed."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tdbmon.history.settings import Settings
 from tdbmon.history.speed_class import same_speed
 from tdbmon.quantity import moment
 
-# whole: of the record, without a channel; "machine and record NDE" is another check
+# matched whole, as a check of the record without a channel: "machine and record NDE" is another check
 _FOREIGN = "machine"
 _STILL = "drop"
-# inverted, swapped, doubled, exchanged probes and those of a wrong scale, each followed by its channel
+# inverted, swapped, duplicated or exchanged probes and those of a wrong scale; prefixes before the channel
 _OF_PROBES = ("fall ", "whirl ", "identical ", "cabling ", "probe scales ")
-# one end fails these now and then in a healthy drop; both, where all probes read or stand otherwise than stated
+# a single end may fail these in a healthy drop; both ends fail if all probes differ from the machine file
 _OF_ALL_PROBES = ("free fall ", "rest at the bottom ")
 
 _DAY_S = 86400.0
@@ -25,7 +25,7 @@ _DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class Conditions:
-    """What a drop must have in common with the one that is compared.
+    """Conditions for matching the drop compared.
 
     Attributes
     ----------
@@ -33,9 +33,9 @@ class Conditions:
     speed : float
         At the release, Hz.
     tolerance : float
-        Relative difference of speed that counts as the same.
+        Relative difference up to which speeds count as the same.
     before : tuple
-        `Entry.order` of the one that is compared.
+        `Entry.order` of the drop compared.
     """
 
     machine: str
@@ -45,7 +45,7 @@ class Conditions:
     before: tuple[float, str, str]
 
     def fits(self, entry: Entry) -> bool:
-        """Return whether an entry is an earlier drop under these conditions."""
+        """Return whether an entry is an earlier drop that meets these conditions."""
         if entry.machine != self.machine or entry.assembly != self.assembly or entry.order >= self.before:
             return False
         if self.speed is None or entry.speed is None:
@@ -54,31 +54,31 @@ class Conditions:
 
 
 def counts(entry: Entry) -> bool:
-    """Return whether a record counts as a drop of its machine: one that names another machine or holds no drop does not."""
+    """Return whether an entry counts as a drop of its machine: not if its record names another machine or holds no drop."""
     return not {_FOREIGN, _STILL} & set(entry.failed_checks)
 
 
 def doubts(failed_checks: Iterable[str]) -> tuple[str, ...]:
-    """Return those of a record's failed checks (name and channel) by which its displacements are not those of its machine."""
+    """Return those of a record's failed checks (name and channel) that make its displacements doubtful for its machine."""
     failed = tuple(failed_checks)
     of_probes = doubted_probes(failed)
     return tuple(each for each in failed if each in (_FOREIGN, _STILL) or each in of_probes)
 
 
 def doubted_probes(failed_checks: Iterable[str]) -> tuple[str, ...]:
-    """Return those of the doubts that are on probes, not on the record as a whole."""
+    """Return the doubts that concern probes, not the record as a whole."""
     failed = tuple(failed_checks)
     at_both = tuple(name for name in _OF_ALL_PROBES if sum(each.startswith(name) for each in failed) > 1)
     return tuple(each for each in failed if each.startswith(_OF_PROBES + at_both))
 
 
 def conditions(entry: Entry, settings: Settings) -> Conditions:
-    """Return the conditions that earlier drops must meet to compare with this one."""
+    """Return the conditions for matching a drop."""
     return Conditions(entry.machine, entry.assembly, entry.speed, settings.matching.speed, entry.order)
 
 
 def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
-    """Return what is odd about the time of a drop: none stated, in the future, or before drops that were filed earlier."""
+    """Return remarks on the time of a drop: not stated, in the future, or before that of drops filed earlier."""
     if not entry.dropped:
         place = "earlier than all drops that state one, in the order of filing" if isinf(entry.moment) else "of now"
         return [
@@ -103,12 +103,12 @@ def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
 
 
 def odd_clocks(entries: Sequence[Entry]) -> set[str]:
-    """Return the drops whose stated time `clock_remarks` calls odd, of all drops of a machine in order.
+    """Return the drops, of all drops of a machine in order, on whose stated time `clock_remarks` has a remark.
 
-    One pass from the last drop on: it was filed late where any later drop was filed before, hence where the first filed was.
+    One pass backwards: a drop was filed late if any later drop was filed before it, hence if the first filed of these was.
     """
     odd: set[str] = set()
-    first: Entry | None = None  # filed, of those that fell later
+    first: Entry | None = None  # first filed of the later drops
     stated = [entry for entry in entries if entry.dropped and seconds(entry.filed) is not None]
     for _, of_moment in groupby(reversed(stated), key=lambda entry: entry.moment):
         at_once = list(of_moment)
@@ -118,7 +118,7 @@ def odd_clocks(entries: Sequence[Entry]) -> set[str]:
 
 
 def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
-    """Return that a drop leaves out the word of its assembly where drops before it state one."""
+    """Return a remark if a drop states no assembly but earlier ones do."""
     words = [e.assembly for e in others if e.assembly and e.order < entry.order]
     if entry.assembly or not words:
         return []
@@ -129,7 +129,7 @@ def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
 
 
 def speed_remarks(entry: Entry, others: list[Entry], why: str) -> list[str]:
-    """Return that a drop's speed is not known, and why, where that of drops before it is."""
+    """Return a remark with the reason if a drop's speed is unknown but that of earlier ones is known."""
     known = [e for e in others if e.speed is not None and e.assembly == entry.assembly and e.order < entry.order]
     if entry.speed is not None or not known:
         return []
@@ -146,6 +146,6 @@ def _ahead(entry: Entry) -> bool:
 
 
 def _filed_before(one: Entry, other: Entry) -> bool:
-    """Return whether a drop was filed on an earlier day: a folder of drops, filed at once, comes in any order."""
+    """Return whether a drop was filed on an earlier day than another; within a day a folder is filed in any order."""
     first, second = seconds(one.filed), seconds(other.filed)
     return first is not None and second is not None and second - first > _DAY_S

@@ -1,4 +1,4 @@
-"""What of a drop bears no comparison, and why: "as before" must not be read of what was not seen."""
+"""Features of a drop that were not compared, with the reason: "as before" does not cover them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from tdbmon.history.compare import Comparison
 from tdbmon.history.feature import place_of
 from tdbmon.quantity import decapitalised, first_few
 
-_NAMED = 4  # quantities with one reason
+_NAMED = 4  # quantities named per reason
 
 
 def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
-    """Return the judged quantities that the drop, all drops before, or both lack, by end ("" for the rotor, the last)."""
+    """Return the judged features missing in the drop, in all earlier ones, or in both, by end ("", the rotor, last)."""
     missing: dict[str, tuple[Change, ...]] = {}
     for change in (*comparison.changes, *comparison.untold):
         if comparison.matched and change.kind.judged and change.difference is None:
@@ -22,9 +22,9 @@ def not_compared(comparison: Comparison) -> dict[str, tuple[Change, ...]]:
 
 
 def not_compared_sentences(comparison: Comparison) -> list[str]:
-    """Return a sentence for each end: its quantities that bear no comparison, with the reasons."""
+    """Return a sentence for each end: its features that were not compared, with the reasons."""
     if comparison.no_drop:
-        return []  # the verdict says it of all
+        return []  # covered by the verdict
     return [
         f"not compared {_place(end)}: {'; '.join(_with_reasons(changes))}"
         for end, changes in not_compared(comparison).items()
@@ -32,13 +32,13 @@ def not_compared_sentences(comparison: Comparison) -> list[str]:
 
 
 def not_compared_count(comparison: Comparison) -> str:
-    """Return how many quantities bear no comparison and where, as a cell of a table; the dash where all do."""
+    """Return the number of features not compared, by end, as a table cell; a dash if there are none."""
     counts = [f"{len(changes)} {_place(end)}" for end, changes in not_compared(comparison).items()]
     return ", ".join(counts) or "–"
 
 
 def named(changes: Sequence[Change]) -> str:
-    """Return the names of some quantities within a sentence, of many the first few and how many more."""
+    """Return the names of features for use in a sentence; of many, the first few and the number of the others."""
     return first_few([decapitalised(change.kind.title) for change in changes], _NAMED)
 
 
@@ -47,7 +47,7 @@ def _place(end: str) -> str:
 
 
 def by_reason(changes: Iterable[Change]) -> dict[str, list[Change]]:
-    """Return quantities that bear no comparison by the reason."""
+    """Return features that were not compared, by reason."""
     reasons: dict[str, list[Change]] = {}
     for change in changes:
         reasons.setdefault(change.why, []).append(change)

@@ -1,4 +1,4 @@
-"""Putting a file into the archive: it is there whole or not at all, whatever moment the power fails."""
+"""Atomic writing of a file into the archive: complete or not at all, even if the power fails."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from tdbsim.errors import InputError
 
 from tdbmon.atomic import whole
 
-INCOMING = "incoming"  # beside the final places, on the same disk, so that a rename moves a file whole
+INCOMING = "incoming"  # on the same disk as the final paths, so that a rename is atomic
 
 
 def put(archive: Path, target: Path, write: Callable[[Path], object]) -> None:
-    """Write a file into `incoming`, force it to the disk, and rename it to its place.
+    """Write a file into `incoming`, flush it to the disk, and rename it to its final path.
 
     Raises
     ------
     InputError
-        If the disk is full or the place cannot be written; nothing has changed then.
+        If the disk is full or the path cannot be written; nothing has changed then.
     """
     with writable(archive):
         incoming = archive / INCOMING
@@ -31,14 +31,14 @@ def put(archive: Path, target: Path, write: Callable[[Path], object]) -> None:
 
 
 def sweep(archive: Path) -> None:
-    """Remove what writers that were killed left in `incoming`; to be called by the one writer that holds the lock."""
+    """Remove leftovers of killed writers from `incoming`; only to be called by the writer that holds the lock."""
     for left in (archive / INCOMING).glob("*"):
         left.unlink(missing_ok=True)
 
 
 @contextmanager
 def writable(archive: Path) -> Iterator[None]:
-    """Tell an operating system's refusal to write in the archive as an `InputError`."""
+    """Turn an operating system's refusal to write in the archive into an `InputError`."""
     try:
         yield
     except OSError as error:

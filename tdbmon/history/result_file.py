@@ -1,7 +1,7 @@
-"""One netCDF file of results a drop and program version: what the catalogue is rebuilt from.
+"""Result files, from which the catalogue is rebuilt: netCDF, one per drop, program version and machine file.
 
-CF-1.11 attributes; features in long form along ``feature``, in the units outside.  The whole analysis is in the attribute
-``analysis`` as JSON, so that a result stays readable when the program no longer is.
+CF-1.11 attributes; features in long form along ``feature``, in units of output.  The whole analysis is in the attribute
+``analysis`` as JSON, so that a result stays readable without the program.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from tdbmon.estimate import OUTSIDE, Estimate
 from tdbmon.history.feature import Feature
 from tdbmon.history.filing import Filing, StressBox
 
-FORMAT = 1  # of the result file; raised when a reader must know
+FORMAT = 1  # of the result file; raised when readers must distinguish it
 
 _TEXTS = ("sha256", "raw_name", "machine", "machine_sha256", "dropped", "filed", "assembly", "version")
 _BOX = ("greatest", "mean", "median", "q1", "q3")
@@ -26,7 +26,7 @@ _BOX = ("greatest", "mean", "median", "q1", "q3")
 def result_bytes(filing: Filing) -> bytes:
     """Return the netCDF file of a drop's results.
 
-    It is made in memory: where the disk is full the library's own writing fails without a clear reason.
+    It is made in memory, since on a full disk the library's own writing fails without a clear reason.
     """
     import netCDF4
 
@@ -77,7 +77,7 @@ def read_result(path: Path) -> Filing:
     Raises
     ------
     InputError
-        If the file is damaged, no result of this program, or of a newer format.
+        If the file is damaged, not a result of this program, or of a newer format.
     """
     import netCDF4
 

@@ -1,4 +1,4 @@
-"""The owner's settings of an archive: `archive.toml`, with what was agreed for the machines and the limits of the verdict."""
+"""The owner's settings of an archive in `archive.toml`: matching, significance, alarm limits and agreed number of drops."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ class _Part(BaseModel):
 
 
 class Matching(_Part):
-    """Which drops compare."""
+    """Matching conditions."""
 
     speed: Annotated[float, _si("1")] = Field(0.05, gt=0, lt=1)
 
 
 class Compare(_Part):
-    """How they compare."""
+    """Least number of earlier drops, significance level and correction for multiple testing."""
 
     least_drops: int = Field(5, ge=2)
     significance: Annotated[float, _si("1")] = Field(0.05, gt=0, lt=0.5)
@@ -68,13 +68,13 @@ class Compare(_Part):
 class Inspect(_Part):
     """Limits of the verdict "inspect"."""
 
-    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0, le=1)  # 20 for 20 % would never be passed
+    gap_growth: Annotated[float, _si("1")] = Field(0.2, gt=0, le=1)  # rejects 20 for 20 %
     stress: Annotated[float, _si("Pa")] = Field(STATIC_LIMIT, gt=0)
     backward_whirl: Annotated[float, _si("s")] = Field(0.1, ge=0)
 
 
 class Life(_Part):
-    """What was agreed."""
+    """Agreed number of full drops, and the speed of one."""
 
     agreed_drops: int | None = Field(None, ge=1)
     full_speed: Annotated[float, _si("Hz")] | None = Field(None, gt=0)
@@ -95,12 +95,12 @@ def first_settings(path: Path) -> None:
 
 
 def load_settings(path: Path, machine: str = "") -> Settings:
-    """Read the settings that hold for a machine.
+    """Read the settings of a machine, or the general ones.
 
     Raises
     ------
     InputError
-        If the file is no TOML, of a newer format, or a key or value is wrong.
+        If the file is not TOML, of a newer format, or a key or value is wrong.
     """
     content = _read(path)
     form = content.pop("format", None)
@@ -110,7 +110,7 @@ def load_settings(path: Path, machine: str = "") -> Settings:
         raise InputError(f"{path}: archive format {form} is of a newer tdbmon than this one ({FORMAT}): update tdbmon")
     own = content.pop("machine", {})
     _check_tables(path, content, "")
-    _validated(path, content, "")  # before those of machines, which take over what is wrong in it
+    _validated(path, content, "")  # before those of machines, which inherit its errors
     if not isinstance(own, dict):
         raise InputError(f'{path}: machine = {own!r} is no table; write [machine."name".life] and the like')
     for name, part in own.items():

@@ -1,18 +1,18 @@
-"""Severity of a drop from position and speed alone: the velocity of the rotor's centre without dimension.
+"""Severity of a drop from position and speed alone: the dimensionless velocity of the rotor's centre.
 
 J. J. Janse van Rensburg, G. van Schoor and P. A. van Vuuren rate rotor drops by the non-dimensionalised velocity of the
 rotor's geometric centre (Vval; ISMB13, 2012), and found that such indicators change as a touchdown bearing wears
-(Workshop on Magnetic Bearing Technology 10).  The abstracts that are public do not print the formula, so the one here is
-this program's own and its values are not theirs:
+(Workshop on Magnetic Bearing Technology 10).  The public abstracts do not give the formula; the one here is this program's
+own, so that its values are not comparable with theirs:
 
     V(t) = |d/dt (position of the centre)| / (2 pi f0 c)
 
-with the speed f0 at the release and the radius at rest c of that end.  2 pi f0 c is the velocity of a shaft that whirls
-round its clearance with the rotation (V = 1); a free fall through the clearance reaches sqrt(2 g c) / (2 pi f0 c).
+with the speed f0 at the release and the radius at rest c of that end.  2 pi f0 c is the velocity of a shaft in synchronous
+whirl round its clearance (V = 1); a free fall through the clearance reaches V = sqrt(2 g c) / (2 pi f0 c).
 
-Noise makes every velocity greater.  How strong it is the levitated shaft shows: the displacement's spectrum between the lines
-of its motion, carried through low-pass and derivative.  Its power is taken off the mean square, and its excess off the greatest
-of many alike.
+Noise biases velocities upwards.  Its level is taken from the levitated shaft: the noise floor of the displacement spectrum
+between the lines of motion, propagated through low-pass and derivative.  Its power is subtracted from the mean square, and its
+expected excess from the peak.
 """
 
 from __future__ import annotations
@@ -29,11 +29,11 @@ from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Z95, Estimate
 from tdbmon.record.speed_checks import STANDSTILL_HZ
 
-WINDOW_S = 0.2  # after the release: what any record of a drop holds, and where the blows are
-_LOWPASS_HZ = 1000.0  # above it noise outweighs motion in a derivative
-_NOISY = 0.25  # of that frequency: from there up lies nearly all noise of a velocity, and little motion
-_LEAST_BINS = 5  # of a spectrum there: noise from fewer is a guess
-_RINGING_S = 0.01  # by then the low-pass has forgotten an impulse
+WINDOW_S = 0.2  # after the release: in any record of a drop, and contains the hard impacts
+_LOWPASS_HZ = 1000.0  # above it noise dominates the derivative
+_NOISY = 0.25  # of that frequency: above lie nearly all noise of a velocity and little motion
+_LEAST_BINS = 5  # of the spectrum there, needed for an estimate of the noise
+_RINGING_S = 0.01  # settling time of the low-pass after an impulse
 _GUARD_S = 1e-3  # before the release: its instant is not exact
 _RIVALS = 4.0  # standard deviations of the noise below the greatest velocity: any sample within may be the true peak
 _RULE = f"|velocity| / (2 pi f0 c) within {WINDOW_S:g} s of the release, below {_LOWPASS_HZ:g} Hz (own definition)"
@@ -42,7 +42,7 @@ _UNSEEN = "the levitated stretch is too short to tell the noise, and with it how
 
 @dataclass(frozen=True)
 class Severity:
-    """Velocity of the rotor's centre at one end, without dimension.
+    """Dimensionless velocity of the rotor's centre at one end.
 
     Attributes
     ----------
@@ -72,8 +72,8 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
     Raises
     ------
     InputError
-        If the record ends before `WINDOW_S` after the release has passed, or up to there samples of this end are missing or
-        the time axis has a hole.
+        If the record ends within `WINDOW_S` after the release, or until then samples of this end are missing or the time axis
+        has a gap.
     """
     time = planes.time.to_numpy()
     if time[-1] < release + WINDOW_S:
@@ -107,7 +107,7 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
     if noise is None:
         peak, rms = float(size.max()), math.sqrt(float(np.mean(size**2)))
         return Severity(*(Estimate(each / unit, method=_RULE, why=_UNSEEN) for each in (peak, rms)))
-    # a low-passed signal has two independent values for each Hz and s
+    # a low-passed signal has two independent values per Hz and s
     independent = 2 * min(_LOWPASS_HZ, sampling / 2) * size.size / sampling
     return Severity(
         *(_stated(found, unit, share) for found in (_peak(size, noise, sampling), _rms(size, noise, independent)))
@@ -117,7 +117,7 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
 def centre_velocity(position: NDArray[np.float64], sampling: float) -> NDArray[np.float64]:
     """Return the velocity (n, k), m/s, of a position (n, k), m: zero-phase low-pass, then the slope of a cubic spline.
 
-    Central differences would make a velocity at 1 kHz too small by 2 % from samples at 20 kHz, and by 24 % at 5 kHz.
+    Central differences would underestimate a velocity at 1 kHz by 2 % at a sampling rate of 20 kHz, and by 24 % at 5 kHz.
     """
     from scipy.interpolate import CubicSpline
     from scipy.signal import butter, sosfiltfilt
@@ -131,17 +131,17 @@ def centre_velocity(position: NDArray[np.float64], sampling: float) -> NDArray[n
 
 @dataclass(frozen=True)
 class _Noise:
-    """Standard deviation of an axis' velocity that noise makes, and what it is at most (97.5 %), m/s."""
+    """Standard deviation of the velocity noise of an axis, and its upper bound (97.5 %), m/s."""
 
     sigma: float
     most: float
 
 
 def _noise(levitated: NDArray[np.float64], sampling: float) -> _Noise | None:
-    """Return the noise of the velocity from levitated positions (2, k), m; None where the stretch is too short.
+    """Return the noise of the velocity from levitated positions (2, k), m; None if the stretch is too short.
 
-    The median of a periodogram does not see the lines of whirl and hum; of white noise it is ln 2 of the mean.  Over n bins,
-    whose neighbours Hann's window ties to each other, its root has a relative standard deviation of 1 / sqrt(n).
+    The median of a periodogram is insensitive to the lines of whirl and hum; for white noise it is ln 2 times the mean.  Over n
+    bins, correlated with their neighbours by the Hann window, its root has a relative standard deviation of 1 / sqrt(n).
     """
     from scipy.signal import periodogram
 
@@ -158,12 +158,12 @@ def _noise(levitated: NDArray[np.float64], sampling: float) -> _Noise | None:
 
 
 def _peak(size: NDArray[np.float64], noise: _Noise, sampling: float) -> tuple[float, float, float]:
-    """Return the greatest of velocities (k,) and its 95 % interval, m/s.
+    """Return the peak of velocities (k,), corrected for noise, and its 95 % interval, m/s.
 
-    Noise that crosses zero upwards nu times a second stays below u sigma for a time T with the probability
-    exp(-nu T exp(-u^2 / 2)) (S. O. Rice, Bell System Technical Journal 24 (1945) 46); T is how long the velocity is about its
-    greatest.  White noise behind derivative and low-pass has nu equal to the low-pass's frequency.  The true peak's own sample
-    has the noise of one: by so much, at most, the truth may lie above the greatest.
+    Noise with nu zero upcrossings per second stays below u sigma for a time T with the probability exp(-nu T exp(-u^2 / 2))
+    (S. O. Rice, Bell System Technical Journal 24 (1945) 46); T is the time that the velocity is near its peak.  For white noise
+    after derivative and low-pass, nu equals the low-pass frequency.  The sample of the true peak has the noise of one sample,
+    which bounds how far the true peak may lie above the greatest velocity.
     """
     greatest = float(size.max())
     crossings = min(_LOWPASS_HZ, sampling / 2) * np.count_nonzero(size > greatest - _RIVALS * noise.sigma) / sampling
@@ -173,10 +173,10 @@ def _peak(size: NDArray[np.float64], noise: _Noise, sampling: float) -> tuple[fl
 
 
 def _rms(size: NDArray[np.float64], noise: _Noise, independent: float) -> tuple[float, float, float]:
-    """Return the root mean square of velocities (k,) without the noise of both axes, and its 95 % interval, m/s.
+    """Return the root mean square of velocities s (k,) without the noise of both axes, and its 95 % interval, m/s.
 
-    Noise n of sigma an axis adds 2 sigma^2 to the mean of s^2, and scatters it by the root of 4 sigma^2 (<s^2> + sigma^2) over
-    the number of independent values.
+    Noise of standard deviation sigma per axis adds 2 sigma^2 to the mean of s^2, with the variance
+    4 sigma^2 (<s^2> + sigma^2) over the number of independent values.
     """
     power = float(np.mean(size**2)) - 2 * noise.sigma**2
     scatter = Z95 * 2 * noise.most * math.sqrt((max(power, 0.0) + noise.most**2) / independent)
@@ -192,7 +192,7 @@ def _relative(estimate: Estimate) -> float:
 
 
 def _stated(found: tuple[float, float, float], unit: float, share: float) -> Estimate:
-    """Return a velocity and its interval, m/s, over a unit that is known to a share (standard deviation)."""
+    """Return a velocity and its interval, m/s, divided by a unit of relative standard deviation `share`."""
     value, low, high = (each / unit for each in found)
     scale = Z95 * share * value
     return Estimate(

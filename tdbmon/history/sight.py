@@ -1,6 +1,6 @@
-"""What a comparison sees of an end: whether its bearing is worn is told by radius at rest, fall and deepest excursion alone.
+"""Sensitivity of a comparison to wear at an end, which only radius at rest, fall time and deepest excursion show.
 
-An end that rests on its whirl or on the rotor's speed may be worn by half its gap and look as before.
+Judged by its whirl or the rotor's speed alone, an end may be worn by half its gap and look as before.
 """
 
 from __future__ import annotations
@@ -15,28 +15,28 @@ from tdbmon.history.compare import Comparison
 from tdbmon.history.difference import LEAST_JUDGED
 from tdbmon.quantity import percent
 
-WEAR = ("gap_um", "fall_time_ms", "deepest_um")  # each grows with the gap, and stands for the others
+WEAR = ("gap_um", "fall_time_ms", "deepest_um")  # each grows with the gap, and can replace the others
 
 
 @dataclass(frozen=True)
 class Sight:
-    """What a comparison sees of an end.
+    """Sensitivity of a comparison to wear at an end.
 
     Attributes
     ----------
     end : str
     told : tuple of Change
-        Of `WEAR`, those that three drops before at least have.
+        Features of `WEAR` in at least three earlier drops.
     drops : int
-        Drops before that one of `WEAR` was held against, of the one with most; 0 where the drop has none of them.
+        Largest baseline, in drops, of a feature of `WEAR`; 0 if the drop has none of them.
     growth : float or None
-        Smallest growth of the radius at rest that would have been flagged, as a share of it; None where none would.
+        Smallest relative growth of the radius at rest that would have been flagged; None if none would.
     slope : bool
-        One of `WEAR` drifts: growth is over the slope of the drops before.
+        A feature of `WEAR` drifts: growth is relative to its slope.
     least_drops : int
-        As many drops as "as before" takes.
+        Number of drops needed for "as before".
     limit : float
-        Growth that must not be missed (`gap_growth`).
+        Growth that must be detectable (`gap_growth`).
     """
 
     end: str
@@ -49,28 +49,28 @@ class Sight:
 
     @property
     def lost(self) -> bool:
-        """True where drops before show the end and this one does not."""
+        """True if earlier drops show the end and this one does not."""
         return bool(self.told) and not any(change.estimate.known for change in self.told)
 
     @property
     def enough(self) -> bool:
-        """True where so many drops before, and so alike, were compared that growth up to the limit would have been seen."""
+        """True if the earlier drops are numerous and similar enough for growth to the limit to be detected."""
         return self.drops >= self.least_drops and self.growth is not None and self.growth <= self.limit
 
     @property
     def seen_from(self) -> str:
-        """The growth as text, rounded up: less would not have been seen; "" where none would."""
+        """The smallest detectable growth as text, rounded up; "" if none is."""
         return "" if self.growth is None else percent(math.ceil(round(100 * self.growth, 6)) / 100)
 
 
 def sights(comparison: Comparison) -> tuple[Sight, ...]:
-    """Return what a comparison sees of each end of the machine, and of ends that only older drops or machine files name."""
+    """Return the sight of each end of the machine, and of ends that only older drops or machine files name."""
     ends = dict.fromkeys((*comparison.ends, *(c.end for c in comparison.changes if c.end)))
     return tuple(sight(comparison, end) for end in ends)
 
 
 def sight(comparison: Comparison, end: str) -> Sight:
-    """Return what a comparison sees of an end."""
+    """Return the sight of one end."""
     settings = comparison.settings
     changes = {c.kind.name: c for c in comparison.changes if c.end == end}
     wear = [changes[name] for name in WEAR if name in changes]
@@ -84,13 +84,13 @@ def sight(comparison: Comparison, end: str) -> Sight:
 
 
 def usual_before(change: Change | None) -> float | None:
-    """Return what the drops before usually have of a quantity; None where none tells it."""
+    """Return the usual value of a feature in the earlier drops; None if none has it."""
     values = [] if change is None else [e.value for _, e in change.earlier if e.value is not None]
     return float(np.median(values)) if values else None
 
 
 def place_before(changes: dict[str, Change]) -> tuple[float, float] | None:
-    """Return where the drops before begin, x and y from the clearance centre; None where that is not known."""
+    """Return the usual levitated position of the earlier drops, x and y from the clearance centre; None if unknown."""
     found = []
     for axis in "xy":
         start, centre = (usual_before(changes.get(f"{what}_{axis}_um")) for what in ("levitated", "gap_centre"))
@@ -103,11 +103,11 @@ def place_before(changes: dict[str, Change]) -> tuple[float, float] | None:
 def _growth(
     change: Change, smallest: float | None, radius: float | None, place: tuple[float, float] | None
 ) -> float | None:
-    """Return by which share the radius must grow for a quantity of `WEAR` to be flagged; None where that is not known.
+    """Return the relative growth of the radius at which a feature of `WEAR` would be flagged; None if unknown.
 
-    `smallest` is the difference of the quantity that would be called off.  The deepest excursion grows by what the radius grows
-    by, the time of the fall with the root of its height.  What these have grown by along their slope was not seen: the limit
-    along a slope is the radius's.
+    `smallest` is the smallest difference of the feature that would be flagged.  The deepest excursion grows by as much as the
+    radius, the fall time with the root of the height.  Growth that these have accumulated along their slope counts as
+    undetected, since along a slope the limit applies to the radius.
     """
     found, usual = change.difference, change.level
     if found is None or usual is None or smallest is None or usual <= 0:
@@ -120,11 +120,11 @@ def _growth(
 
 
 def growth_by_fall(higher: float, radius: float | None, place: tuple[float, float] | None) -> float:
-    """Return by which share the radius grows where the fall to the ring becomes so many times higher.
+    """Return the relative growth of the radius for a fall `higher` times as high.
 
-    The shaft falls from its place straight down to the ring: from above the centre through more than the radius.  The height is
-    that of the circle, not g t²/2: where the other end touches first this one falls on otherwise than by gravity, and the
-    height goes with the square of the time about as before.  Of drops that tell no circle the fall counts as the radius.
+    The shaft falls straight down from its place to the ring: from above the centre through more than the radius.  The height is
+    that within the circle, not g t²/2: if the other end touches first, this one no longer falls by gravity alone, and the height
+    still goes about with the square of the time.  Without a circle the height is taken as the radius.
     """
     if not radius or place is None or math.hypot(*place) >= radius:
         return higher - 1

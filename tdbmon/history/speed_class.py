@@ -1,4 +1,4 @@
-"""Drops of about the same speed, as classes."""
+"""Speed classes: drops at about the same speed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STANDSTILL = f"standstill (below {STANDSTILL_HZ:g} Hz)"
 
 
 def stood(speed: float | None) -> bool:
-    """Return whether a drop of this speed at the release, Hz, was one from standstill."""
+    """Return whether a speed at the release, Hz, counts as standstill."""
     return speed is not None and speed < STANDSTILL_HZ
 
 
@@ -22,9 +22,9 @@ def same_speed(one: float | None, other: float | None, tolerance: float) -> bool
 
 
 def speed_classes(speeds: Sequence[float | None], tolerance: float) -> list[int]:
-    """Return the class of each speed, numbered from the slowest; unknown speeds make a class of their own, the last.
+    """Return the class of each speed, numbered from the slowest; unknown speeds form the last class.
 
-    A class reaches from its slowest drop to `tolerance` (relative) above it; drops from standstill are one.
+    A class reaches from its slowest drop to `tolerance` (relative) above it; drops from standstill form one.
     """
     known = sorted({s for s in speeds if s is not None})
     starts: list[float] = []

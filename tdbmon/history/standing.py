@@ -1,4 +1,4 @@
-"""Alarms that still stand: a drop at another speed neither repeats an alarm nor clears it."""
+"""Standing alarms: a drop at another speed neither repeats nor clears an alarm."""
 
 from __future__ import annotations
 
@@ -17,34 +17,34 @@ from tdbmon.history.verdict import WORST_FIRST, Verdict, verdict_of
 
 @dataclass(frozen=True)
 class Judged:
-    """A drop, against those before it."""
+    """A drop's comparison with earlier ones and its verdict."""
 
     comparison: Comparison
 
     @cached_property
     def verdict(self) -> Verdict:
-        """By the settings of its archive."""
+        """Verdict by the settings of the archive."""
         return verdict_of(self.comparison)
 
     @property
     def name(self) -> str:
-        """The drop's record, with what tells it from others: time and speed."""
+        """Name of the drop's record, with time and speed to identify it."""
         entry = self.comparison.entry
         return f"{entry.raw_name} ({entry.when}, {entry.speed_words})"
 
 
 def judge(archive: Archive, drop: str) -> Judged:
-    """Compare a filed drop with those before it, and judge it."""
+    """Compare a filed drop with earlier ones, and judge it."""
     return Judged(compare(archive, filed_drop(archive, drop)))
 
 
 def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple[Judged, ...]:
-    """Return the alarms of a machine that stand: "inspect" before "changed" before "no drop", the latest first.
+    """Return the standing alarms of a machine: "inspect" before "changed" before "no drop", the latest first of each.
 
-    An alarm stands until later drops of the same assembly at about the same speed show all that it is about: they then count
-    instead.  Radius at rest, fall and deepest excursion of an end stand for each other, where growth up to the limit would have
-    been seen.  A drop with too few before it clears nothing, nor does one whose record does not show its machine: that one is
-    told while it is the latest.
+    An alarm stands until later drops of the same assembly at about the same speed show all features that it concerns; these
+    drops then count instead.  Radius at rest, fall time and deepest excursion of an end can replace each other if growth to the
+    limit would have been detected.  A drop with too few earlier ones clears nothing, nor does one with a doubted record, whose
+    alarm stands only while it is the latest.
 
     Parameters
     ----------
@@ -69,22 +69,22 @@ def standing(entries: Sequence[Entry], judged: Callable[[str], Judged]) -> tuple
 
 
 def _counts(comparison: Comparison) -> bool:
-    """Return whether a drop has so many before it that its verdict counts instead of earlier ones."""
+    """Return whether a drop has enough earlier ones for its verdict to replace theirs."""
     return len(comparison.matched) >= comparison.settings.compare.least_drops and comparison.telling > 0
 
 
 def _could_concern(later: Sequence[Judged]) -> set[Key]:
-    """Return what an alarm of a drop before could be about, without judging it: it may have a quantity, or have lost it."""
+    """Return the features that an alarm of an earlier drop could concern, present or lost, without judging that drop."""
     return {change.key for each in later for change in each.comparison.changes}
 
 
 def _all_shown(concerns: Iterable[Key], later: Sequence[Judged]) -> bool:
-    """Return whether later drops show all quantities, each at least one of them."""
+    """Return whether each feature is shown by at least one later drop."""
     return all(any(_shows(each.comparison, key) for each in later) for key in concerns)
 
 
 def _shows(comparison: Comparison, key: Key) -> bool:
-    """Return whether a drop shows a quantity, or what stands for it."""
+    """Return whether a drop shows a feature, or one that can replace it."""
     name, end = key
     if name in WEAR:
         return sight(comparison, end).enough
@@ -92,7 +92,7 @@ def _shows(comparison: Comparison, key: Key) -> bool:
 
 
 def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:
-    """Return the alarms of drops before one that still stand after it: its own verdict is not theirs.
+    """Return the alarms of earlier drops that still stand after a drop, its own excluded.
 
     Parameters
     ----------
@@ -107,7 +107,7 @@ def standing_beside(archive: Archive, own: Judged) -> tuple[Judged, ...]:
 
 
 def _since_assembled(entries: Sequence[Entry]) -> Sequence[Entry]:
-    """Return the drops of the assembly in service; where its word was left out later, that states no overhaul."""
+    """Return the drops of the assembly in service; a later drop without an assembly does not imply an overhaul."""
     word = next((entry.assembly for entry in reversed(entries) if entry.assembly), "")
     first = next((i for i, entry in enumerate(entries) if entry.assembly == word), 0)
     return [entry for entry in entries[first:] if entry.assembly in (word, "")]

@@ -1,4 +1,4 @@
-"""The study of one record for the archive: read, analyse, fit where asked, and gather; the task of every worker."""
+"""The study of one record for the archive, the task of a worker: read, analyse, fit on request, and collect the results."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Order:
-    """What shall be done with a record.
+    """Order to study a record.
 
     Attributes
     ----------
     machine, record : Path
     forces : bool, optional
-        Fit the simulation: forces and stresses; by default where the drop is filed with them.
+        Fit the simulation for forces and stresses; by default if the drop is filed with them.
     assembly : str
     dropped : str
-        ISO 8601 time of the drop, where the record's own is missing or wrong.
+        ISO 8601 time of the drop, if the record's own is missing or wrong.
     filed : str
         ISO 8601 time of the filing; the present by default.
     """
@@ -123,8 +123,8 @@ def study_record(
 def _add_forces(content: dict[str, Any], fitted: FittedDrop) -> None:
     """Add the forces and the calibration to the JSON of an analysis.
 
-    Not all of `with_fitted`: agreement, friction and natural frequencies would be simulated for every drop that is filed, and
-    nothing in an archive reads them.
+    Not all of `with_fitted`: agreement, friction and natural frequencies would need simulations for every drop filed, and
+    nothing in an archive uses them.
     """
     from tdbmon.identify.contract import calibration_json, end_json
 
@@ -144,7 +144,7 @@ def _boxes(fitted: FittedDrop) -> tuple[StressBox, ...]:
 
 
 def _why(checks: Sequence[Check]) -> str:
-    """Return which checks a record without an orbit failed, with one finding for each kind of check."""
+    """Return the failed checks of a record without an orbit, with one finding per kind of check."""
     channels: dict[str, list[str]] = {}
     details: dict[str, str] = {}
     for check in checks:

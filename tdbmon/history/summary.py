@@ -1,4 +1,4 @@
-"""The lines that the terminal shows of a comparison and of a fleet."""
+"""Terminal output of a comparison and of a fleet."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tdbmon.quantity import counted, plain, printed, short, stated_percent, subt
 
 
 def comparison_lines(judged: Judged, standing: Sequence[Judged] = ()) -> list[str]:
-    """Return verdict, reasons, alarms of earlier drops that stand, and differences as lines of text."""
+    """Return verdict, reasons, standing alarms of earlier drops, and differences as lines of text."""
     comparison, verdict = judged.comparison, judged.verdict
     entry, wanted = comparison.entry, comparison.conditions
     speed = "speed unknown" if wanted.speed is None else f"{wanted.speed:.4g} Hz ± {stated_percent(wanted.tolerance)}"
@@ -41,7 +41,7 @@ def comparison_lines(judged: Judged, standing: Sequence[Judged] = ()) -> list[st
 
 
 def fleet_lines(members: Sequence[Member]) -> list[str]:
-    """Return a line for each machine, worst first: the verdict that stands and its drop, with the reasons of an alarm."""
+    """Return a line for each machine, worst first: its standing verdict and the drop, with the reasons of an alarm."""
     lines = []
     for member in members:
         undated = f", {member.undated} without a time" if member.undated else ""
@@ -63,13 +63,13 @@ def difference_of(change: Change) -> Estimate:
 
 
 def values_of(change: Change) -> tuple[str, str, str]:
-    """Return this drop's value, that of those before and the difference, which subtract as they are written."""
+    """Return this drop's value, the baseline's and the difference, rounded so that they subtract as written."""
     before = math.nan if change.difference is None else change.difference.before.centre
     return subtracted(change.estimate, before, difference_of(change))
 
 
 def seen_from(change: Change, comparison: Comparison) -> str:
-    """Return the smallest difference that would have been flagged; the dash where none would."""
+    """Return the smallest difference that would have been flagged; a dash if none would."""
     smallest = comparison.detectable(change)
     return "–" if smallest is None else short(Estimate(smallest, unit=change.kind.unit), width=0.1 * smallest)
 
@@ -80,7 +80,7 @@ def _standing_lines(alarm: Judged) -> list[str]:
 
 
 def _table(compared: Sequence[Change], comparison: Comparison) -> list[str]:
-    """Return a line for each change, a star before those that are flagged, under a head; columns as wide as their words."""
+    """Return a header and a line for each change, with a star before those flagged, in aligned columns."""
     rows = [("", "this drop", "before", "n", "seen from", "difference (95 %)")]
     for each in compared:
         this, before, difference = values_of(each)

@@ -1,4 +1,4 @@
-"""The course of a feature over the drops: slope and whether it has one (rank tests), and where it changed."""
+"""Trend of a feature over the drops: slope and its significance (rank tests), and change point."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from tdbmon.estimate import Estimate
 from tdbmon.history.change_point import SEEN, ChangePoint, change_point
 from tdbmon.history.common_step import step_size
 
-_LEAST = 4  # drops: with three, six orders are possible and none is unlikely
-_LEAST_INTERVAL = 5  # of four, the least and the greatest slope hold 92 %
+_LEAST = 4  # drops: with three, only six orders are possible and none is significant
+_LEAST_INTERVAL = 5  # drops: with four, even the extreme slopes give an interval of only 92 %
 
 
 @dataclass(frozen=True)
 class Trend:
-    """Course of a feature over drops in their order (SI).
+    """Trend of a feature over drops in order (SI).
 
     Attributes
     ----------
     slope : Estimate
-        A drop; Theil and Sen's median of all slopes between pairs, with its 95 % interval.
+        Per drop; Theil-Sen median of all pairwise slopes, with its 95 % interval.
     p : float
-        Probability of as many pairs in one order by chance (Kendall's test against the order of the drops).
+        p-value of Kendall's test for a trend over the order of the drops.
     change : ChangePoint or None
-        Where the level changed, if anywhere; None below six drops.
+        Change point, if any; None below six drops.
     step : ChangePoint or None
-        The same where chance seldom parts the drops so and a slope describes them no better: then there is no rate a drop.
+        The same if it is significant and a slope describes the drops no better: then there is no rate per drop.
     first : float
-        Level at the first drop, where the slope begins.
+        Level of the trend line at the first drop.
     grown : float or None
-        From the first drop to the last along the slope, over that level, or by the step over the one before it; None where
-        that is not above zero.
+        Relative growth from the first drop to the last along the slope, or by the step; None if the level before is not
+        positive.
     """
 
     slope: Estimate
@@ -51,9 +51,9 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
     Parameters
     ----------
     series : sequence of Estimate
-        Those that are known.
+        Known values.
     numbers : sequence of int
-        Number of each drop: those that lack the feature count, or a slope a drop would be too steep.
+        Number of each drop, counting those that lack the feature, since the slope per drop would else be too steep.
 
     Notes
     -----
@@ -89,7 +89,7 @@ def _stepped(values: NDArray[np.float64], change: ChangePoint, order: NDArray[np
 
 
 def order_p(values: NDArray[np.float64]) -> float:
-    """Return the probability of as many pairs of values (n,) in one order by chance; 1 below four values or where all are equal.
+    """Return the p-value of Kendall's test for a trend in values (n,); 1 below four values or if all are equal.
 
     Source: M. G. Kendall, Biometrika 30 (1938) 81 (exact for few drops without ties).
     """

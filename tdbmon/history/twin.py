@@ -1,7 +1,7 @@
-"""Another file of a measurement that is filed: the same drop exported twice, say as CSV and TDMS, must not count twice.
+"""Detection of duplicates: a drop exported twice, say as CSV and TDMS, must not count twice.
 
-Formats round: no digest of a file or of its samples survives that.  Drops of about the same features are suspected, and
-their samples decide.  So may be all drops of the machine, where a record may be the rest of one whose start was cut away.
+Formats round, so that no digest of a file or of its samples identifies a drop.  Filed drops with nearly equal features are
+suspects, and their samples decide.  All drops of the machine are suspects if the record may lack the start of its drop.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
     from tdbmon.history.archive import Archive
 
-_EQUAL = 1e-12  # relative: two drops of one machine never agree to this in everything
+_EQUAL = 1e-12  # relative: two drops of one machine never agree to this in all features
 _NEAR = 3e-3  # relative: the speed and half of the features of two exports; of two drops half differ by 1 % and more
-_LEAST = 5  # features that tell drops apart
+_LEAST = 5  # features needed to identify a drop
 _SECOND = 1.0  # s: formats round the time of a drop
 # failed checks of a record that may start in the middle of its drop: it shows no release, or takes a bounce for it.  Of the
 # record, and of a channel or end that is named after them; "dropout NDE_A" is another check
@@ -48,9 +48,9 @@ def twin_of(
     base : sqlite3.Connection
         Its catalogue.
     filing : Filing
-        What was found in the record.
+        Results of the record.
     record : callable
-        Gives the record laid over its machine; asked only where a filed drop is suspected.
+        Returns the record assigned to its machine; called only if there is a suspect.
     """
     samples = None
     for entry, sure in _suspects(base, filing):
@@ -66,7 +66,7 @@ def twin_of(
 
 
 def _suspects(base: sqlite3.Connection, filing: Filing) -> Iterator[tuple[Entry, bool]]:
-    """Yield the drops that a record may be another file of, the likely ones first, and whether all features are equal."""
+    """Yield the filed drops that a record may duplicate, the likely ones first, and whether all features are equal."""
     mine = _numbers(filing.features)
     speed = mine.get(("initial_hz", ""))
     if speed is None:  # one export may hold the speed and another not
@@ -93,12 +93,12 @@ def _starts_late(failed_checks: tuple[str, ...]) -> bool:
 
 
 def at_same_instant(base: sqlite3.Connection, filing: Filing) -> Entry | None:
-    """Return the filed drop of the same machine, time of day and speed, or None: one machine drops once in a second.
+    """Return the filed drop of the same machine, instant and speed, or None: a machine drops at most once a second.
 
-    Its samples differ, so it is no mere copy: one channel of it was changed, or a clock stood still.
+    Its samples differ, so that it is no plain copy: a channel was changed, or a clock had stopped.
     """
     when = catalogue.instant(filing.dropped)
-    if when is None:  # a day alone is that of several drops
+    if when is None:  # a date alone may be that of several drops
         return None
     limits = (filing.machine, when - _SECOND, when + _SECOND)
     near = catalogue.entries(base, "machine = ? AND moment > ? AND moment < ?", limits)
@@ -115,12 +115,12 @@ def _numbers(features: Iterable[Feature]) -> dict[Key, float]:
 
 
 def _apart(one: float, other: float) -> float:
-    """Relative difference."""
+    """Return the relative difference of two values."""
     return abs(one - other) / max(abs(one), abs(other), 1e-300)
 
 
 def laid(record: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record laid over its machine, its probes named by where they look: two exports may name them otherwise."""
+    """Return a record assigned to its machine, probes named by their direction: two exports may name them differently."""
     from tdbmon.record.assign import assign
 
     places = {
@@ -132,7 +132,7 @@ def laid(record: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def read_and_laid(raw: Path, machine: Path) -> xr.Dataset:
-    """Return the record of a file laid over the machine of another."""
+    """Return the record of a raw file assigned to the machine of a machine file."""
     from tdbsim.machine import load_machine
 
     from tdbmon.record.read import read
@@ -141,7 +141,7 @@ def read_and_laid(raw: Path, machine: Path) -> xr.Dataset:
 
 
 def _filed(archive: Archive, entry: Entry) -> xr.Dataset | None:
-    """Return the record of a filed drop, or None where it cannot be read (its format's package is missing here, say)."""
+    """Return the record of a filed drop, or None if it cannot be read (the package for its format may be missing)."""
     try:
         return read_and_laid(archive.folder / entry.raw, archive.machine_file(entry.id))
     except InputError:

@@ -1,4 +1,4 @@
-"""The drop that `tdbmon compare` looks at: one of the archive, or a record that is not filed (and is not by this)."""
+"""The drop for `tdbmon compare`: one of the archive, or a record that is not filed and stays so."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Progress) -> Drop:
-    """Return the drop of an identifier, of a record's file (of the filed one where there is none), or the last one filed.
+    """Return the drop of an identifier or record file (else of a filed record of that name), or the last one filed.
 
     Parameters
     ----------
@@ -130,7 +130,7 @@ def as_drop(filing: Filing) -> Drop:
         machine=filing.machine,
         assembly=filing.assembly,
         dropped=filing.dropped,
-        # what is brought now and states no time is taken for the latest: it shall be compared with all that are filed
+        # a drop without a time is taken as the latest, to be compared with all that are filed
         moment=catalogue.moment_of(filing.dropped or filing.filed),
         filed=filing.filed,
         speed=catalogue.speed_of(filing.features),

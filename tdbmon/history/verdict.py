@@ -21,14 +21,14 @@ Word = Literal["as before", "changed", "inspect", "too few drops", "no drop"]
 
 ALARMS: tuple[Word, ...] = ("inspect", "changed", "no drop")  # the worst first
 WORST_FIRST: tuple[Word, ...] = (*ALARMS, "too few drops", "as before")
-_SUSPICIOUS = 0.4  # of all quantities: wear changes a few
-_NAMED = 4  # drops that were off alike
-_BLIND = 0.5  # of the quantities of earlier drops: who tells less is not known to be as before
+_SUSPICIOUS = 0.4  # of all features: wear changes only a few
+_NAMED = 4  # drops that were off alike named in a remark
+_BLIND = 0.5  # of the features of earlier drops: a drop with fewer is not judged "as before"
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """What to do.
+    """Verdict on a drop.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Verdict:
     reasons : tuple of str
         Plain sentences.
     concerns : tuple of Key
-        Quantities that an alarm is about: only a drop that shows them clears it.
+        Features that an alarm concerns: only a drop that shows them clears it.
     """
 
     word: Word
@@ -89,7 +89,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
 
 
 def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
-    """Say why "as before" cannot be told: too few drops before, or what is seen of an end is too little."""
+    """Say why "as before" cannot be stated: too few earlier drops, or an end hardly visible."""
     n, least = len(comparison.matched), comparison.settings.compare.least_drops
     if n < least:
         return [
@@ -102,7 +102,7 @@ def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
 
 
 def _all_well(comparison: Comparison) -> str:
-    """Say how many quantities "as before" rests on."""
+    """State the number of features on which "as before" is based."""
     repeated = len(comparison.repeated)
     others = f"{comparison.telling - repeated} other" if repeated else f"{comparison.telling}"
     said = (
@@ -117,7 +117,7 @@ def _all_well(comparison: Comparison) -> str:
 
 
 def _seen(sight: Sight) -> str:
-    """Say on how many drops "as before" rests at an end, and what would have been seen."""
+    """State the number of drops on which "as before" is based at an end, and the detectable growth."""
     growth = "" if sight.growth is None else f", growth of the radius from {sight.seen_from} on would have been seen"
     slope = "the slope of " if sight.slope else ""
     return f"{sight.end}: against {slope}{sight.drops} drops before{growth}"
@@ -182,13 +182,13 @@ def _drift(change: Change, comparison: Comparison) -> str:
 
 
 def _no_drop(comparison: Comparison) -> list[str]:
-    """Say that the record tells nothing of the bearings, and why."""
+    """Say why the record holds no information on the bearings."""
     said = f"no drop in this record, so that it does not count: {comparison.no_drop}"
     return [said, comparison.foreign] if comparison.foreign else [said]
 
 
 def _limits(comparison: Comparison) -> list[tuple[Change, str]]:
-    """Return what passes limits of the settings, and say by how much."""
+    """Return the changes beyond alarm limits, with the excess in words."""
     limits = comparison.settings.inspect
     found: list[tuple[Change, str]] = []
     for change in comparison.changes:
@@ -250,7 +250,7 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
 
 
 def _told_before(comparison: Comparison) -> list[Change]:
-    """Return the judged quantities that three drops before at least tell, those of the fitted simulation aside."""
+    """Return the judged features that at least three earlier drops have, fitted ones aside."""
     return [c for c in comparison.changes if c.kind.judged and not c.kind.forces and len(c.earlier) >= LEAST_JUDGED]
 
 
@@ -262,7 +262,7 @@ def _most_lost(comparison: Comparison) -> list[Change]:
 
 
 def _unfollowed(comparison: Comparison) -> list[Change]:
-    """Return the forces of the ends where the fitted model does not follow this drop, though it followed those before."""
+    """Return the forces of the ends at which the fitted model agrees with earlier drops but not with this one."""
     return [
         change
         for change in comparison.changes
@@ -274,7 +274,7 @@ def _unfollowed(comparison: Comparison) -> list[Change]:
 
 
 def _fit_lost(unfollowed: list[Change]) -> list[str]:
-    """Say that the model does not follow this drop, where it followed those before: what it leaves out is new."""
+    """Say that the model agrees with earlier drops but not with this one: an effect that it lacks is new."""
     if not unfollowed:
         return []
     ends = " and ".join(change.end for change in unfollowed)
@@ -325,7 +325,7 @@ def _sentence(change: Change, comparison: Comparison) -> str:
 
 
 def _off(change: Change) -> tuple[str, str]:
-    """Return in words by how much a change differs, and whether it lies above or below."""
+    """Return the size of a difference in words, and whether it lies above or below."""
     found = change.difference
     if found is None:
         raise ValueError(f"{change.title}: off without a difference")
@@ -336,9 +336,9 @@ def _off(change: Change) -> tuple[str, str]:
 
 
 def _causes(change: Change, comparison: Comparison, way: float) -> str:
-    """Return what a change, up or down by the sign of `way`, may come from.
+    """Return the possible causes of a change, up or down by the sign of `way`.
 
-    First from the other end, where only that can have made a restitution above one.
+    The other end comes first if a restitution exceeds one, which nothing else can cause.
     """
     meaning = change.kind.causes(way)
     others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))

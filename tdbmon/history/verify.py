@@ -1,4 +1,4 @@
-"""Is the archive sound: every file as it was filed, the catalogue as the files say; and the catalogue made anew from them."""
+"""Verification of an archive, files against checksums and catalogue against files, and rebuilding of the catalogue."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _RESULTS = "results/*/*.nc"
 
 @dataclass(frozen=True)
 class Fault:
-    """Something that is not as it was filed.
+    """A deviation of the archive from its filed state.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class Fault:
     what : str
         What is wrong, and the cure.
     harmless : bool
-        Left by a writer that was killed: nothing that the catalogue names is touched.
+        Left by a killed writer; nothing that the catalogue names is affected.
     """
 
     file: str
@@ -73,14 +73,14 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
 
 
 def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
-    """Make the catalogue anew from the result files; what cannot be read is left out and returned.
+    """Rebuild the catalogue from the result files; unreadable ones are left out and returned.
 
-    The old catalogue is kept beside the new one where it is damaged or of an older version.
+    The old catalogue is kept beside the new one if it is damaged or of an older version.
     """
     folder, place = archive.folder, archive.catalogue
     faults = []
     _set_aside(place)
-    with catalogue.writing(place) as base:  # held from the first file on: what is filed meanwhile would be left out
+    with catalogue.writing(place) as base:  # locked first, so that no drop is filed meanwhile and left out
         sweep(folder)
         catalogue.clear(base)
         for path, file in _files(folder, _RESULTS):
@@ -120,14 +120,14 @@ def bring_up_to_date(archive: Archive, create: bool) -> None:
 
 
 def raw_of(folder: Path, filing: Filing) -> str:
-    """Return where a result's raw file lies, or belongs where it is missing: the drop's values are known without it."""
+    """Return the path of a result's raw file, or its proper path if it is missing: the results are valid without it."""
     place = raw_place(filing.sha256, filing.raw_name)
     found = sorted((folder / place).parent.glob(f"{filing.sha256}*"))
     return str(found[0].relative_to(folder).as_posix()) if found else place
 
 
 def _set_aside(place: Path) -> None:
-    """Move a catalogue away that is damaged or of an older version."""
+    """Move a damaged or older catalogue aside."""
     try:
         if catalogue.version_of(place) in (0, catalogue.SCHEMA):
             with catalogue.reading(place) as base:
@@ -144,7 +144,7 @@ def _set_aside(place: Path) -> None:
 
 
 def _files(folder: Path, pattern: str) -> Iterator[tuple[Path, str]]:
-    """Go through some files of an archive in order, with what the catalogue calls them."""
+    """Yield the files of an archive that match a pattern, in order, with their names in the catalogue."""
     for path in sorted(folder.glob(pattern)):
         yield path, str(path.relative_to(folder).as_posix())
 
@@ -171,7 +171,7 @@ def _checked(folder: Path, file: str, sha256: str, cure: str) -> list[Fault]:
 
 
 def _left_out(path: Path, file: str) -> Fault:
-    """Return why a result is not in the catalogue: an add was stopped, or no rebuild could read it."""
+    """Return the fault of a result missing in the catalogue: an add was stopped, or a rebuild could not read it."""
     try:
         read_result(path)
     except InputError as error:
@@ -180,7 +180,7 @@ def _left_out(path: Path, file: str) -> Fault:
 
 
 def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:
-    """The catalogue's features of a result that are not those of its file."""
+    """Return faults for the features of a result that differ between catalogue and file."""
     filed = {f.key: f.estimate.outside for f in read_result(folder / file).features}
     listed = {f.key: f.estimate.outside for f in in_catalogue}
     for key in sorted(filed.keys() | listed.keys()):

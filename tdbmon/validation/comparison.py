@@ -1,4 +1,4 @@
-"""A published number beside ours, and how a table of them is written."""
+"""Comparison of published numbers with ours, and tables of them."""
 
 from __future__ import annotations
 

@@ -36,7 +36,7 @@ class Contacts:
     peak_force, peak_ball_load, impulse : float
         Of the first contact, N, N and N s.
     ring_rest : float
-        By how much the inner ring hangs in its clearance below the centre at the release, m.
+        Sag of the inner ring in its clearance below the centre at the release, m.
     """
 
     starts: tuple[float, ...]

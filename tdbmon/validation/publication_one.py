@@ -25,7 +25,7 @@ LOADED = (7, 8, 9, 10)  # balls, at 216, 252, 288 and 324 deg
 
 @dataclass(frozen=True)
 class Arrangement:
-    """Which balls are off size, by how much, m, and the stresses printed for `LOADED`, Pa."""
+    """The off-sized balls, their deviations, m, and the stresses printed for `LOADED`, Pa."""
 
     name: str
     deviation: float
@@ -138,7 +138,7 @@ def check(arrangement: Arrangement) -> Found:
 
 
 def stiffness_change(deviation: float, fits: bool) -> float:
-    """Return by which share a ball's contact is stiffer where its diameter deviates, m."""
+    """Return the relative increase of a ball's contact stiffness by a deviation of its diameter, m."""
     geometry = off_sized(BEARING_6016, deviation)
     if fits:
         return fitted_stiffness(geometry) / fitted_stiffness(BEARING_6016) - 1
