@@ -1,8 +1,7 @@
-"""Drops that cannot be of one machine in one condition: told before anything is made of all of them.
+"""Drops that cannot be of one machine in one condition, detected before any fit to all of them.
 
-What a model lacks acts in every drop.  So each drop is fitted by itself, its values free within the tolerances of the machine
-file, to the fall and the first contact: where some leave far more than the others, no cause that is sought in all of them
-explains that, however long one seeks.
+A cause acts in every drop.  So each drop is fitted by itself within the tolerances of the machine file, up to the first contact:
+where the misfit ratios of some far exceed those of the others, no cause common to all drops can explain it.
 """
 
 from __future__ import annotations
@@ -19,12 +18,12 @@ from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import FLOOR, huber
 
-# times what others leave: drops of other machines left 6 to 450 times as much, those with an effect in common 2.9 at most
+# times the misfit ratios of the others: drops of two machines differed by 6 to 450, those with an effect in common by 2.9 at most
 _FAR_MORE = 10.0
 
 
 def mixed_drops(problem: Problem) -> str | None:
-    """Say which drops, each by itself, leave far more than the others up to the first contact; None where they go together."""
+    """Say which drops, each fitted by itself, have far greater misfit ratios up to the first contact; None if no drop has."""
     count = len(problem.drops)
     if count < 2:
         return None
@@ -38,9 +37,9 @@ def mixed_drops(problem: Problem) -> str | None:
 
 
 def _left(alone: Problem) -> tuple[float, float]:
-    """Return what the model leaves of the readings of one drop in the fall, and up to the first contact, a residual.
+    """Return the misfit ratios of the readings of a drop fitted by itself, in the fall and up to the first contact.
 
-    How the rotor slows is left out: windage that the file does not know shows in the fastest drop alone.
+    The deceleration before the release is left out: an unknown windage shows in the fastest drop alone.
     """
     point, out = alone.start, [math.inf, math.inf]
     for k, horizon in enumerate((alone.stages.fall, alone.stages.met)):
@@ -54,7 +53,7 @@ def _left(alone: Problem) -> tuple[float, float]:
 
 
 def _far_more(left: Sequence[float]) -> list[int]:
-    """Return which drops leave far more than all others; none where they go together."""
+    """Return the drops whose misfit ratios exceed those of all others by far; none where they go together."""
     order = sorted(range(len(left)), key=lambda drop: left[drop])
     for k in range(1, len(order)):
         if left[order[k]] > _FAR_MORE * max(left[order[k - 1]], FLOOR):
@@ -65,13 +64,12 @@ def _far_more(left: Sequence[float]) -> list[int]:
 def _said(problem: Problem, left: Sequence[float], odd: Sequence[int], instant: float) -> str:
     others = [drop for drop in range(len(left)) if drop not in odd]
     least, most = min(left[drop] for drop in odd), max(left[drop] for drop in others)
-    beyond = f"{least:.3g} times what noise would" if math.isfinite(least) else "more than can be told"
-    many = len(odd) > 1
+    verb, bound = ("do", "at least ") if len(odd) > 1 else ("does", "")
+    beyond = f"{bound}{least:.3g} times what noise would" if math.isfinite(least) else "more than can be told"
     return (
-        f"{_names(problem, odd)} {'do' if many else 'does'} not go with {_names(problem, others)}: each fitted by itself, the"
-        f" plain model leaves {beyond} in the first {instant * 1e3:g} ms of the former{' at least' if many else ''}, and"
-        f" {most:.2g} times of the latter{' at most' if len(others) > 1 else ''}: they are of another machine, or it or its"
-        " cables changed between the drops"
+        f"{_names(problem, odd)} {verb} not go with {_names(problem, others)}: each fitted by itself, the plain model leaves"
+        f" {beyond} in the first {instant * 1e3:g} ms of the former, and {'at most ' if len(others) > 1 else ''}{most:.2g} times"
+        " of the latter: they are of another machine, or it or its cables changed between the drops"
     )
 
 

@@ -44,7 +44,7 @@ def test_a_drop_of_another_machine_is_told_before_causes_are_sought():
     assert not any(each.causes for each in found.contenders)
     said = re.match(
         r"drop_70.nc does not go with drop_100.nc, drop_130.nc: each fitted by itself, the plain model leaves (\S+) times what"
-        r" noise would in the first 6 ms of the former, and (\S+) times of the latter at most",
+        r" noise would in the first 6 ms of the former, and at most (\S+) times of the latter",
         found.mistaken,
     )
     more, less = map(float, said.groups())
