@@ -9,6 +9,7 @@ from tdbsim.errors import InputError
 from tdbmon.diagnosis.diagnose import diagnose
 from tdbmon.diagnosis.reference import diagnose_since
 from tdbmon.diagnosis.verdict import Kind
+from tdbmon.identify.calibrate import fit_drops
 from tdbmon.identify.crew import Crew
 from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.one_machine import _far_more, mixed_drops
@@ -51,6 +52,13 @@ def test_a_drop_of_another_machine_is_told_before_causes_are_sought():
     assert more > 10
     assert less < 1.1
     assert "diagnose both sets of drops apart" in found.next_test
+
+
+def test_forces_of_drops_of_two_machines_are_withheld():
+    """They were told, of a fit that left 448 times the noise, with the advice to diagnose the drops."""
+    found = fit_drops(machine(), records(OTHER, OWN), horizons=(0.006, 0.01))
+    assert any("drop_70.nc does not go with drop_100.nc" in remark for remark in found.remarks)
+    assert all("as the fit's remarks say" in found.no_forces(drop) for drop in range(2))
 
 
 def test_drops_of_one_machine_go_together_and_so_do_those_of_a_machine_that_is_none_of_the_file():
