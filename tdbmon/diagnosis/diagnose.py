@@ -152,8 +152,9 @@ def diagnose(
         if obstacle is None and found.verdict.kind is not Kind.UNKNOWN and not found.verdict.alike:
             found, late, late_before = _beside_the_rest(found, suspected, progress)
             otherwise = acts_later(late) if late is not None else None
-            unseen = [untold(found.believed)] if late is None else []
-            incomplete = (rest_lacks(found.believed) or found.believed.problem.drops) if late is None else ()
+            if late is None:
+                unseen = [untold(found.believed)]
+                incomplete = rest_lacks(found.believed) or found.believed.problem.drops
         believed = found.believed
         unlike = _unlike(believed) if obstacle is None else []
         slows = slowing_beside(believed) if mistaken is None else SlowsOtherwise()
