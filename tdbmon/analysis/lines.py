@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 import xarray as xr
+from tdbsim.errors import InputError
 
 from tdbmon.analysis import cfar
 from tdbmon.analysis.line_names import Band, name_constants, order_name
@@ -143,7 +144,14 @@ def find_lines(
     -------
     tuple of Line
         Orders first, then by frequency.
+
+    Raises
+    ------
+    InputError
+        If speed and its times differ in length.
     """
+    if len(speed_time) != len(speed_hz):
+        raise InputError(f"{len(speed_hz)} values of speed at {len(speed_time)} times; give one a time")
     known = np.isfinite(speed_hz) & np.isfinite(speed_time)
     if known.sum() < 2:
         return ()

@@ -8,10 +8,12 @@ import numpy as np
 import xarray as xr
 from tdbsim.errors import InputError
 
+from tdbmon.analysis.order import turned_through
 from tdbmon.analysis.unbroken import pieces
 
 OrbitKind = Literal["raw", "1X", "averaged"]
 
+_KINDS = ("raw", "1X", "averaged")
 _STEPS = 128  # of angle in an averaged revolution
 
 
@@ -54,10 +56,12 @@ def orbit(
     Raises
     ------
     InputError
-        If the angle is not known over so many revolutions after `start_s`.
+        If `kind` is not known, or the angle is not known over so many revolutions after `start_s`.
     """
+    if kind not in _KINDS:
+        raise InputError(f"an orbit of kind '{kind}' is not known; one of {', '.join(_KINDS)}")
     time = planes.time.to_numpy()
-    turns = sense * (angle - mark) / (2 * np.pi)
+    turns = (turned_through(angle, time, sense) - sense * mark) / (2 * np.pi)
     first, last, zero = _whole(time, turns, start_s, revolutions)
     signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
     if kind == "averaged":
@@ -88,16 +92,25 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
     planes : Dataset
         ``displacement(end, axis, time)``, m; attribute ``sampling_hz``.
     window_s : float
-        Length of a window, s, no longer than the record; take it several periods of the swing long.
+        Length of a window, s; take it several periods of the swing long.
 
     Returns
     -------
     Dataset
         ``position`` and ``deviation`` (standard deviation of the samples) ``(end, axis, time)``, m; ``time`` is the
         middle of each window, s.  A window that holds NaN gives NaN; none spans a hole in the time axis.
+
+    Raises
+    ------
+    InputError
+        If the record is shorter than a window, or a window than two samples.
     """
-    rate = float(planes.attrs["sampling_hz"])
+    rate, samples = float(planes.attrs["sampling_hz"]), planes.sizes["time"]
     length = round(window_s * rate)
+    if not 2 <= length <= samples:
+        raise InputError(
+            f"a window of {window_s:g} s holds {length} of the record's {samples} samples at {rate:g} Hz; give another"
+        )
     time = planes.time.to_numpy()
     whole = [slice(p.start, p.start + (p.stop - p.start) // length * length) for p in pieces(time)]
     signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
@@ -116,6 +129,8 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
 
 def _whole(time: np.ndarray, turns: np.ndarray, start_s: float, revolutions: int) -> tuple[int, int, int]:
     """First and last sample of the revolutions after `start_s`, and the number of the first one."""
+    if revolutions < 1:
+        raise InputError(f"an orbit of {revolutions} revolutions cannot be cut; give 1 or more")
     after = np.flatnonzero((time >= start_s) & np.isfinite(turns))
     if after.size:
         zero = int(np.ceil(turns[after[0]] - 1e-6))

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
+from tdbsim.errors import InputError
 
 from tdbmon.analysis.missing_stretches import too_long
 from tdbmon.analysis.spectrum import cosine_window, window_gain
@@ -167,10 +168,16 @@ def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
         deviation of an amplitude, and divided by it that of its lag: from what the window holds beside a steady tone,
         averaged over a window to both sides, so that a line that crosses the order widens it; a line that stays on
         the order is not told from it.  No time at all where the angle covers fewer than 16 revolutions.
+
+    Raises
+    ------
+    InputError
+        If `angle` does not fit the time axis or runs against `sense`.
     """
     time = planes.time.to_numpy()
+    turned = turned_through(angle, time, sense)
     signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
-    turns = resample(signals, time, sense * angle)
+    turns = resample(signals, time, turned)
     revolutions = min(_REVOLUTIONS, turns.values.shape[-1] // PER_TURN // _FEWEST)
     bins = np.concatenate([[0], _BESIDE])
     if revolutions < _FEWEST:
@@ -188,6 +195,23 @@ def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
     noise = np.stack([_noise(r, about) for r in _parts(residual, sense)])
     middle = turns.edges[first + length // 2]
     return _tracks(planes, c[..., 0], noise, middle, turns.speed(first, length), sense, revolutions)
+
+
+def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarray:
+    """Return the angle turned through, rad, which never falls.
+
+    Raises
+    ------
+    InputError
+        If `angle` does not fit the time axis or runs against `sense`.
+    """
+    if angle.shape != time.shape:
+        raise InputError(f"{angle.size} shaft angles for {time.size} samples; give one a sample")
+    turned = sense * angle
+    known = turned[np.isfinite(turned)]
+    if known.size > 1 and (np.diff(known) < 0).any():
+        raise InputError("the shaft angle runs against the direction of rotation; check 'rotation' in the machine file")
+    return turned
 
 
 def _parts(c: np.ndarray, sense: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:

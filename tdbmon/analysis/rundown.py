@@ -183,11 +183,14 @@ def fit_rundown(
     Raises
     ------
     InputError
-        If neither speed nor pulses are given.
+        If the arrays cannot be a record: lengths differ, times do not rise, neither speed nor pulses are given.
     """
+    time = np.asarray(time, dtype=float)
+    signal = None if speed is None else np.asarray(speed)
+    _check(time, signal, pulses, release_time, polar_inertia)
     turns = None if pulses is None else without_holes(between(pulses), time)
-    if speed is not None:
-        observed = from_signal(time, speed, turns, release_time, held)
+    if signal is not None:
+        observed = from_signal(time, signal, turns, release_time, held)
     elif turns is not None:
         observed = from_pulses(turns, time, release_time, tick_of(pulses, time))
     else:
@@ -347,3 +350,24 @@ def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float
         )
         return Estimate.missing("N m", why)
     return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
+
+
+def _check(
+    time: np.ndarray,
+    speed: np.ndarray | None,
+    pulses: Pulses | None,
+    release: float,
+    polar_inertia: float | None,
+) -> None:
+    if time.ndim != 1 or len(time) < 2 or not np.all(np.diff(time) > 0):
+        raise InputError("the times of the speed signal do not rise from sample to sample; give them in s, in order")
+    if speed is not None and speed.shape != time.shape:
+        raise InputError(f"{speed.size} values of speed against {time.size} times; give one speed a sample")
+    if pulses is not None and not np.all(np.diff(pulses.times) > 0):
+        raise InputError("the pulse times do not rise from pulse to pulse; give them in s, in order")
+    if not time[0] <= release < time[-1]:
+        raise InputError(f"the release at {release:g} s lies outside the record ({time[0]:g} to {time[-1]:g} s)")
+    if polar_inertia is not None and not polar_inertia > 0:
+        raise InputError(
+            f"polar inertia {polar_inertia:g} kg m^2 is not positive; compute it from the rotor's sections"
+        )

@@ -137,7 +137,7 @@ def waterfall(planes: xr.Dataset, window_s: float | None = None, step_s: float |
     Raises
     ------
     InputError
-        If a window is longer than the record or shorter than 16 samples.
+        If a window is longer than the record or shorter than 16 samples, or the step is not positive.
     """
     frame = _Frame.of(planes, window_s, step_s)
     amplitude = np.abs(frame.transform(planes))
@@ -170,7 +170,9 @@ def full_spectrum(planes: xr.Dataset, sense: int, window_s: float | None = None)
     return frame.dataset(planes, variables)
 
 
-def cascade(spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float) -> xr.Dataset:
+def cascade(
+    spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float | None = None
+) -> xr.Dataset:
     """Spectra against speed: those of a waterfall averaged in power over equal steps of speed.
 
     Parameters
@@ -179,8 +181,8 @@ def cascade(spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, s
         Result of `waterfall` or `full_spectrum`.
     speed_time, speed_hz : ndarray, shape (n,)
         Speed, Hz, on its own samples, s.
-    step_hz : float
-        Width of a step, Hz.
+    step_hz : float, optional
+        Width of a step, Hz; by default a hundredth of the highest speed.
 
     Returns
     -------
@@ -202,7 +204,10 @@ def cascade(spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, s
     if not inside.any():
         raise InputError("no speed is known at the times of the spectra; a cascade needs it")
     speed = np.maximum(mean_over(at, hz, centre[inside], spectra.attrs["window_s"]), 0.0)
-    steps, member, count = np.unique(np.floor(speed / step_hz), return_inverse=True, return_counts=True)
+    width = step_hz if step_hz is not None else max(speed.max() / 100, 1e-6)
+    if not width > 0:
+        raise InputError(f"a speed step of {width:g} Hz makes no cascade; give a positive one")
+    steps, member, count = np.unique(np.floor(speed / width), return_inverse=True, return_counts=True)
     variables = {}
     for name, values in spectra.data_vars.items():
         power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
@@ -215,8 +220,8 @@ def cascade(spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, s
         variables[name] = (dims, np.moveaxis(mean, 0, -2), values.attrs)
     variables["spectra"] = (("speed",), count, {})
     coords = {name: c for name, c in spectra.coords.items() if "time" not in c.dims}
-    coords["speed"] = xr.DataArray((steps + 0.5) * step_hz, dims="speed", attrs={"units": "Hz"})
-    return xr.Dataset(variables, coords=coords, attrs={**spectra.attrs, "speed_step_hz": step_hz})
+    coords["speed"] = xr.DataArray((steps + 0.5) * width, dims="speed", attrs={"units": "Hz"})
+    return xr.Dataset(variables, coords=coords, attrs={**spectra.attrs, "speed_step_hz": float(width)})
 
 
 def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: float) -> np.ndarray:
@@ -251,6 +256,8 @@ class _Frame:
                 f" give 16 samples ({16 / rate:g} s) to the whole record ({duration:g} s)"
             )
         step = round((length / 4) if step_s is None else step_s * rate)
+        if step < 1:
+            raise InputError(f"a step of {step_s:g} s is less than one sample; give at least {1 / rate:g} s")
         bins = min(length // 2, int(_TOP_HZ * length / rate)) + 1
         return cls(rate, length, step, bins, float(planes.time[0]))
 

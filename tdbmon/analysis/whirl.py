@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 from scipy.special import stdtrit
+from tdbsim.errors import InputError
 from tdbsim.machine import Machine
 
 from tdbmon.analysis.missing_stretches import too_long
@@ -163,6 +164,11 @@ def find_whirl(
     Returns
     -------
     Whirl
+
+    Raises
+    ------
+    InputError
+        If `gap` is not positive.
     """
     time, radius, angle = _polar(planes, end, centre, gap, sense, start_s)
     hidden = _hidden(time, radius)
@@ -186,6 +192,8 @@ def _polar(
     planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Time, radius in gaps and angle about the centre (positive with the rotation), thinned; short hidden arcs are bridged."""
+    if not gap > 0:
+        raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
     every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ + _ROUNDING))
     some = slice(int(np.searchsorted(time, start_s)), None, every)

@@ -69,6 +69,10 @@ def test_revolutions_that_are_not_known_are_not_cut():
     angle[4000:4100] = np.nan
     with pytest.raises(InputError, match="are not known"):
         orbit(planes, angle, 0.75, 5)
+    with pytest.raises(InputError, match="kind 'filtered' is not known"):
+        orbit(planes, angle, 0.0, 3, "filtered")
+    with pytest.raises(InputError, match="give 1 or more"):
+        orbit(planes, angle, 0.0, 0)
 
 
 def test_centreline_is_the_mean_over_each_window():
@@ -79,6 +83,8 @@ def test_centreline_is_the_mean_over_each_window():
     np.testing.assert_allclose(found.position.sel(axis="x"), 1e-4 * found.time, atol=1e-10)
     np.testing.assert_allclose(found.position.sel(axis="y"), -2e-4, atol=1e-10)
     np.testing.assert_allclose(found.deviation.sel(axis="y"), 5e-5 / np.sqrt(2), rtol=1e-6)
+    with pytest.raises(InputError, match="give another"):
+        centreline(_planes(z), 10.0)
 
 
 def test_no_window_of_the_centreline_spans_a_hole_in_time():

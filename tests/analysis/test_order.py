@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from tdbsim.errors import InputError
 
 from tdbmon.analysis.order import PER_TURN, resample, track
 from tests.analysis.planes import planes_of
@@ -118,3 +119,11 @@ def test_few_revolutions_give_no_track():
     found = track(_planes(np.exp(1j * TURNED)).isel(time=slice(0, 400)), TURNED[:400])
     assert found.sizes["time"] == 0
     assert set(found.data_vars) == set(track(_planes(np.exp(1j * TURNED)), TURNED).data_vars)
+
+
+def test_what_cannot_be_tracked_is_said():
+    planes = _planes(np.exp(1j * TURNED))
+    with pytest.raises(InputError, match="against the direction of rotation"):
+        track(planes, -TURNED)
+    with pytest.raises(InputError, match="one a sample"):
+        track(planes, TURNED[:-1])

@@ -353,6 +353,24 @@ def test_without_inertia_the_torque_says_why() -> None:
         run.torque_at(10.0)
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"speed": None}, "neither"),
+        ({"speed": np.zeros(3)}, "3 values of speed against"),
+        ({"release_time": 99.0}, "outside the record"),
+        ({"polar_inertia": -1.0}, "not positive"),
+        ({"pulses": one_a_turn(np.array([1.0, 0.5]))}, "do not rise"),
+        ({"time": np.zeros(480)}, "do not rise"),
+    ],
+)
+def test_unusable_input_is_an_error(change: dict, message: str) -> None:
+    t, speed = drop(DragLaw(RELEASE, 100.0, 0.2), 8.0)
+    given_ = {"time": t, "speed": speed, "release_time": RELEASE, "polar_inertia": 0.3} | change
+    with pytest.raises(InputError, match=message):
+        fit_rundown(given_.pop("time"), given_.pop("speed"), **given_)
+
+
 # synthetic records of an independent program
 
 

@@ -172,6 +172,10 @@ def test_what_cannot_be_transformed_is_said():
         waterfall(planes, window_s=9.0)
     with pytest.raises(InputError, match=r"give 16 samples"):
         waterfall(planes, window_s=0.001)
+    with pytest.raises(InputError, match="less than one sample"):
+        waterfall(planes, step_s=1e-5)
     spectra = waterfall(planes)
     with pytest.raises(InputError, match="no speed is known"):
-        cascade(spectra, np.array([100.0, 101.0]), np.array([10.0, 9.0]), 1.0)
+        cascade(spectra, np.array([100.0, 101.0]), np.array([10.0, 9.0]))
+    with pytest.raises(InputError, match="positive"):
+        cascade(spectra, TIME, np.full_like(TIME, 50.0), step_hz=0.0)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from tdbsim.errors import InputError
 
 from tdbmon.analysis.whirl import find_whirl
 from tests.analysis.planes import G, planes_of
@@ -183,3 +184,9 @@ def test_some_lost_samples_hide_no_whirl():
     planes = _planes(np.full(5000, 0.2), _ramp(-25.0, 50.0)[:5000])
     planes.displacement.values[..., 100:150] = np.nan
     assert find_whirl(planes, "NDE", CENTRE, GAP, 1).backward is False
+
+
+def test_a_gap_must_be_one():
+    planes = _planes(np.ones(100), np.zeros(100))
+    with pytest.raises(InputError, match="has no inside"):
+        find_whirl(planes, "NDE", CENTRE, 0.0, 1)
