@@ -25,7 +25,6 @@ from tdbmon.estimate import Estimate, since
 if TYPE_CHECKING:
     from tdbmon.analysis.contact_events import Contact
     from tdbmon.analysis.drifting_swings import DriftingSwing
-    from tdbmon.analysis.first_contact import FirstContact
     from tdbmon.analysis.lines import Line
     from tdbmon.analysis.rundown import RunDown
     from tdbmon.analysis.whirl import Whirl

@@ -30,7 +30,6 @@ from tdbmon.identify.divergence import followable, parting_remarks, with_diverge
 from tdbmon.identify.drop import MeasuredDrop
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.one_machine import mixed_drops
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
 from tdbmon.identify.stated_values import stated_remarks
@@ -213,10 +212,10 @@ def _mistake(drops: Sequence[MeasuredDrop], problem: Problem) -> _Obstacle | Non
         return _Obstacle(foreign, PUT_RIGHT)
     if moved := moved_mark(drops):
         return _Obstacle(moved, ONE_MARK)
-    if mixed := mixed_drops(problem):
-        return _Obstacle(mixed, APART)
     doubt = machine_doubt(problem)
-    return _Obstacle(doubt.why, PUT_RIGHT, doubt.wanted) if doubt is not None else None
+    if doubt is None:
+        return None
+    return _Obstacle(doubt.why, APART if doubt.of_two_machines else PUT_RIGHT, doubt.wanted)
 
 
 @dataclass(frozen=True, eq=False)

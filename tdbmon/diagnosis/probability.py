@@ -21,8 +21,9 @@ GAINED = 0.8  # gain on the held-out drop from which on a named cause is trusted
 # probability that a cause named with such a gain is wrong: on synthetic drops of another program 154 of 163 were right by
 # earlier methods, and 51 of 52 by the present one; one more of each kind makes 0.037
 WRONG = 0.04
-# of causes named from one drop by itself, which none held out proves, 10 of 11 calibration cases had them: one more of each kind
-WRONG_OF_ONE = 0.15
+# causes named from one drop by itself, which none held out proves, and how many of them were there, in calibration cases
+NAMED_OF_ONE, RIGHT_OF_ONE = 11, 10
+WRONG_OF_ONE = round(1 - (RIGHT_OF_ONE + 1) / (NAMED_OF_ONE + 2), 2)  # with one more of each kind
 WRONG_OF_LITTLE = 0.5  # the same with less gain: 8 of 16 were right
 # probability of waves, lobes or a ball at a bearing where one of them held and then failed: three of five blind cases
 ONE_OF_THREE = 0.6

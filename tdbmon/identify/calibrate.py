@@ -30,8 +30,6 @@ from tdbmon.identify.follow import followed
 from tdbmon.identify.free_effect import effect_in_words
 from tdbmon.identify.machine_doubt import machine_doubt
 from tdbmon.identify.measured_drops import measured_drops
-from tdbmon.identify.mistaken_entry import Mistaken
-from tdbmon.identify.one_machine import mixed_drops
 from tdbmon.identify.parameters import calibrated_machine, polar, stated_parameters
 from tdbmon.identify.problem import Problem, build_problem, check_start
 from tdbmon.identify.stages import stages_of
@@ -97,8 +95,7 @@ def fit_drops(
         check_start(problem, usable[0])
         problem = with_divergence(problem)
         progress("looking for what the machine file may have wrong")
-        mixed = mixed_drops(problem)
-        mistaken = Mistaken(mixed) if mixed is not None else machine_doubt(problem)
+        mistaken = machine_doubt(problem)
         problem = replace(problem, to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks]

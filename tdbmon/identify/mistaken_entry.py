@@ -44,10 +44,11 @@ _NUDGES = (0.01, 1 / _FACTOR - 1)
 
 @dataclass(frozen=True)
 class Mistaken:
-    """The error of a machine file in words, and the values of its entries (SI, by name) that fit the drops."""
+    """An error of set-up in words, and the values of the machine file's entries (SI, by name) that fit the drops."""
 
     why: str
     wanted: Mapping[str, float] = field(default_factory=dict)
+    of_two_machines: bool = False
 
 
 @dataclass(frozen=True, eq=False)

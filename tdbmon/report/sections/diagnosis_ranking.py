@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from tdbmon.diagnosis.evidence import Evidence
-from tdbmon.diagnosis.probability import WRONG, WRONG_OF_ONE
+from tdbmon.diagnosis.probability import NAMED_OF_ONE, RIGHT_OF_ONE, WRONG, WRONG_OF_ONE
 from tdbmon.diagnosis.verdict import Kind
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.diagnosis_verdict import probability_words
@@ -47,8 +47,8 @@ def section(evidence: Evidence) -> Section:
     alone = ""
     if diagnosis.verdict.accused and diagnosis.proof is None:
         alone = (
-            f" Of causes named from one drop by itself, which no other proves, 10 of 11 were there: {100 * WRONG_OF_ONE:.0f} %"
-            " are left here."
+            f" Of causes named from one drop by itself, which no other proves, {RIGHT_OF_ONE} of {NAMED_OF_ONE} were there:"
+            f" {100 * WRONG_OF_ONE:.0f} % are left here."
         )
     refuted = ""
     if diagnosis.verdict.kind is Kind.NONE and diagnosis.best.causes:
