@@ -12,6 +12,7 @@ from tdbmon.record.dataset import as_record
 from tdbmon.record.held_speed import speed_at_updates
 from tdbmon.record.held_values import at_own_rates
 from tdbmon.record.one_time import on_one_time
+from tdbmon.record.timebase import split_unit
 
 _PAUSE = 0.5  # s
 _SENSITIVITY = 'sensitivity = "7.87 mV/um"'
@@ -112,7 +113,8 @@ def _all_lacking(source: str, lacking: list[_Lacks]) -> str:
 def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
     """Return a record's variable of a channel, which may be given with its group (``Ai0/Vib_X``) where its name alone will do.
 
-    One that a label names goes by what the file stores it under too, with or without the group, where that is one channel.
+    One that a label names goes by what the file stores it under too, with or without the group, where that is one channel;
+    one whose name ends with its unit (``NDE_A_um``) goes by that name too.
     """
     if channel in ds.data_vars:
         return channel
@@ -122,7 +124,10 @@ def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
     stored = [
         str(name) for name, array in ds.data_vars.items() if f"/{array.attrs.get('stored', '')}".endswith(f"/{channel}")
     ]
-    return stored[0] if len(stored) == 1 else None
+    if len(stored) == 1:
+        return stored[0]
+    without_unit = split_unit(channel)[0]
+    return _variable_of(without_unit, ds) if without_unit != channel else None
 
 
 def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:

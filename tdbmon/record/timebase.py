@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from itertools import chain
 from typing import Any
 
@@ -36,6 +36,11 @@ _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
 _DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # what is left of them is no thousands separator
 _DEWESOFT = re.compile(r"Data\d+_time_")  # in its MATLAB files, Data1_time_NDE_A beside Data1_NDE_A
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
+# units that end a name; not A, V, g or m, with which names of probes end, nor "Lowpass_50_Hz"
+_SUFFIX = re.compile(
+    r"(?i)^(.+?)[_ ](?:(um|µm|μm|microns?|mm|mils?)|(?<!\d.)(ms|us|µs|μs|msec|usec|sec|hz|rpm|(?-i:mV|kHz)))$", re.DOTALL
+)
+_SECONDS_SUFFIX = re.compile(r"^(.+)[_ ](s)$")  # of a time or an interval alone
 
 
 def before_holes(time: np.ndarray) -> np.ndarray:
@@ -64,19 +69,36 @@ def _without_gaps(time: np.ndarray) -> tuple[int, float]:
 
 
 def split_unit(label: str) -> tuple[str, str | None]:
-    """Split ``"NDE_A [um]"`` or ``"NDE_A (um)"`` into name and unit; the unit is None where the last brackets hold none.
+    """Split ``"NDE_A [um]"``, ``"NDE_A (um)"`` or ``"NDE_A_um"`` into name and unit; the unit is None where there is none.
 
-    ``"Probe 1 (X)"`` and ``"NDE (45°)"`` are names.
+    ``"Probe 1 (X)"``, ``"NDE (45°)"`` and ``"DE_V"`` are names.
     """
-    name, held = _split_bracket(label)
+    name, held = _split_label(label)
     return (name, held) if held is not None and _is_unit(held) else (label.strip(), None)
 
 
-def _split_bracket(label: str) -> tuple[str, str | None]:
-    found = _BRACKET.match(label.strip())
-    if not found or not found.group(1):
-        return label.strip(), None
-    return found.group(1), (found.group(2) if found.group(2) is not None else found.group(3)).strip()
+def names_and_units(
+    labels: Sequence[str], split: Callable[[str], tuple[str, str | None]] = split_unit
+) -> list[tuple[str, str | None]]:
+    """Split labels into names and units; ``"speed_rpm"`` beside ``"speed_Hz"`` keeps its unit in its name."""
+    pairs = [split(label) for label in labels]
+    alike: dict[str, set[str]] = {}
+    for (name, _), label in zip(pairs, labels, strict=True):
+        alike.setdefault(name, set()).add(label)
+    return [(name if len(alike[name]) == 1 else label, unit) for (name, unit), label in zip(pairs, labels, strict=True)]
+
+
+def _split_label(label: str) -> tuple[str, str | None]:
+    """Split a label into a name and what the brackets or the unit at its end hold."""
+    bare = label.strip()
+    if (found := _BRACKET.match(bare)) and found.group(1):
+        return found.group(1), (found.group(2) if found.group(2) is not None else found.group(3)).strip()
+    if found := _SUFFIX.match(bare):
+        unit = found.group(2) or found.group(3)
+        return found.group(1), unit if unit in ("mV", "kHz") else unit.lower()  # MS are megasiemens
+    if (found := _SECONDS_SUFFIX.match(bare)) and _plain(found.group(1)) in _TIME_NAMES | _INTERVAL_NAMES:
+        return found.group(1), found.group(2)
+    return bare, None
 
 
 def _is_unit(text: str) -> bool:
@@ -91,7 +113,7 @@ def _plain(name: str) -> str:
 
 def is_time_name(name: str) -> bool:
     """Tell whether a channel's name says that it is the time; ``time_2`` and ``Time - NDE`` do too."""
-    bare = _split_bracket(name)[0]
+    bare = _split_label(name)[0]
     return (
         _plain(bare) in _TIME_NAMES
         or re.fullmatch(r"(?i)(time|zeit|temps)[\s_\-.:/]*(\d+|axis|.*-\s*\S.*)?", bare) is not None
@@ -151,7 +173,7 @@ def start_of(entries: Mapping[str, Any]) -> float | None:
 def _numbers(entries: Mapping[str, Any], names: Collection[str], si: str) -> Iterator[float]:
     """Go through the numbers that entries of some names hold, in a unit of SI."""
     for key, entry in entries.items():
-        bare, unit = _split_bracket(str(key))
+        bare, unit = _split_label(str(key))
         if _plain(bare) in names and (number := _number(entry, si, unit)) is not None:
             yield number
 

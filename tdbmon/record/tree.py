@@ -17,7 +17,15 @@ from tdbsim.units import si_unit_of
 
 from tdbmon.record.channel import Channel, named_apart
 from tdbmon.record.date import first_dated
-from tdbmon.record.timebase import interval_of, is_time_name, moments, split_unit, start_of, time_factor
+from tdbmon.record.timebase import (
+    interval_of,
+    is_time_name,
+    moments,
+    names_and_units,
+    split_unit,
+    start_of,
+    time_factor,
+)
 
 _UNIT_KEYS = ("units", "unit", "unit_string", "engineering_unit", "engineeringunit", "eu", "ylabelunit", "einheit")
 _NAME_KEYS = ("name", "channel_name", "channelname", "label")
@@ -109,8 +117,9 @@ def _channels(branch: Branch, place: str, inherited: Mapping[str, Any], times: l
         own = _by_its_unit(leaves)
     data = [(i, leaf) for i, leaf in enumerate(leaves) if i not in own]
     longest = max((leaf.values.size for _, leaf in data), default=0)
+    split = names_and_units([leaf.name for leaf in leaves])
     for i, leaf in data:
-        name, stored, unit = _label(leaf, branch, place, alone=len(data) == 1)
+        name, stored, unit = _label(leaf, split[i], branch, place, alone=len(data) == 1)
         channel = Channel(
             name,
             leaf.values,
@@ -240,19 +249,21 @@ def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: 
     return next((time for time in reversed(inherited) if time.size == leaf.values.size), None)
 
 
-def _label(leaf: Leaf, branch: Branch, place: str, alone: bool) -> tuple[str, str, str]:
+def _label(
+    leaf: Leaf, split: tuple[str, str | None], branch: Branch, place: str, alone: bool
+) -> tuple[str, str, str]:
     """Return what a channel is called, where it is stored if by another name, and its unit."""
-    bare, bracket = split_unit(leaf.name)
+    bare, at_end = split  # of its name
     unit = first_text(leaf.attributes, _UNIT_KEYS)
     name = first_text(leaf.attributes, _NAME_KEYS)
     is_folder = alone and bare.lower() in _PLAIN_VALUES and branch.name != ""
     if is_folder:
         name = name or first_text(branch.entries, _NAME_KEYS) or branch.name
         unit = unit if unit is not None else first_text(branch.entries, _UNIT_KEYS)
-    if bracket is None or (unit is not None and si_unit_of(unit) != si_unit_of(bracket)):
-        bare = leaf.name  # its brackets hold something else than its unit
+    if at_end is None or (unit is not None and si_unit_of(unit) != si_unit_of(at_end)):
+        bare = leaf.name  # it ends with something else than its unit
     own, path = (branch.name, place) if is_folder else (bare, f"{place}/{bare}" if place else bare)
-    return name or own, path if name not in (None, own) else "", unit if unit is not None else (bracket or "")
+    return name or own, path if name not in (None, own) else "", unit if unit is not None else (at_end or "")
 
 
 def _without_padding(channel: Channel, time: np.ndarray) -> Channel:

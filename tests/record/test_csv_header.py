@@ -81,6 +81,44 @@ def test_only_a_unit_in_the_last_brackets_leaves_the_name(tmp_path: Path) -> Non
     np.testing.assert_allclose(record["Speed"], 1.0)
 
 
+@pytest.mark.parametrize(
+    ("time", "probe", "stamps", "metres"),
+    [
+        ("time_ms", "NDE_A_um", "0,1", 1e-6),
+        ("t_s", "NDE_A_mm", "0,0.001", 1e-3),
+        ("Time_us", "NDE_A_microns", "0,1000", 1e-6),
+        ("timestamp_s", "NDE_A_UM", "0,0.001", 1e-6),
+        ("TIME_MS", "NDE_A mil", "0,1", 25.4e-6),
+    ],
+)
+def test_names_may_end_with_their_unit(time: str, probe: str, stamps: str, metres: float, tmp_path: Path) -> None:
+    first, second = stamps.split(",")
+    record = read_table(tmp_path, f"{time},{probe},speed_rpm\n{first},1,60\n{second},2,120\n")
+    assert list(record.data_vars) == ["NDE_A", "speed"]
+    np.testing.assert_allclose(record["time"], [0, 1e-3])
+    np.testing.assert_allclose(record["NDE_A"], [metres, 2 * metres])
+    np.testing.assert_allclose(record["speed"], [1, 2])
+
+
+def test_names_of_probes_and_filters_are_no_units(tmp_path: Path) -> None:
+    names = ["NDE_A", "DE_V", "DE_H", "probe_m", "fall_g", "X_lowpass_1000_Hz", "mean_10_ms", "force_s"]
+    record = read_table(tmp_path, f"time,{','.join(names)}\n0,1,2,3,4,5,6,7,8\n1,1,2,3,4,5,6,7,8\n")
+    assert list(record.data_vars) == names
+    assert {array.attrs["units"] for array in record.data_vars.values()} == {""}
+
+
+def test_a_quantity_in_two_units_keeps_them_in_its_names(tmp_path: Path) -> None:
+    record = read_table(tmp_path, "time_s,speed_rpm,speed_Hz,Ring [um],Ring [V]\n0,60,1,5,6\n1,120,2,5,6\n")
+    assert list(record.data_vars) == ["speed_rpm", "speed_Hz", "Ring [um]", "Ring [V]"]
+    np.testing.assert_allclose(record["speed_rpm"], record["speed_Hz"])
+    assert record["Ring [V]"].attrs["units"] == "V"
+
+
+def test_the_interval_above_a_table_may_have_its_unit_in_its_name(tmp_path: Path) -> None:
+    record = read_table(tmp_path, "dt_ms = 0.5\nNDE_A_um,DE_A_um\n1,2\n2,3\n3,4\n")
+    np.testing.assert_allclose(record["time"], [0, 5e-4, 1e-3])
+
+
 def test_a_first_row_that_counts_is_measured_where_time_goes_on_from_it(tmp_path: Path) -> None:
     record = read_table(tmp_path, "time;A;B;C\n1;2;3;4\n2;3;4;5\n")
     np.testing.assert_array_equal(record["A"].values, [2, 3])

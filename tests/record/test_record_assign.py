@@ -39,6 +39,11 @@ def test_what_the_file_lacks_is_listed_and_not_invented() -> None:
     assert "DE_B" not in out
 
 
+@pytest.mark.parametrize("label", ["NDE_A_um", "NDE_A [um]"])
+def test_a_channel_may_be_named_with_the_unit_that_the_file_has_in_its_name(label: str) -> None:
+    np.testing.assert_array_equal(assign(_record(), machine(channels={"NDE_A": label}))["NDE_A"].values, np.arange(10.0))
+
+
 def test_the_channels_table_may_swap_names() -> None:
     ds = _record()
     ds["NDE_A"] = ds["NDE_A"] + 100.0

@@ -11,7 +11,7 @@ from tdbsim.errors import InputError
 from tdbsim.units import si_unit_of, split_kind
 
 from tdbmon.record.formats.text_cells import COMMENT, is_number, is_row, numbers_columns, split
-from tdbmon.record.timebase import is_time_name, split_unit, time_factor
+from tdbmon.record.timebase import is_time_name, names_and_units, split_unit, time_factor
 
 _MOST_ROWS = 3  # of names, units and remarks
 _MOST_TOLD = 60  # lines: catman tells 29 things of a channel
@@ -62,7 +62,7 @@ def header_of(lines: list[str], first: int, separator: str, path: Path) -> Heade
     names, captions = _names_and_captions(rows, likely, len(row))
     if not any(unit is not None for unit in units):
         split_name = _name_and_unit if any(_is_labelled_time(name) for name in names) else split_unit
-        names, units = map(list, zip(*map(split_name, names), strict=True))
+        names, units = map(list, zip(*names_and_units(names, split_name), strict=True))
     if names[0] == _LABVIEW_TIME:
         names = ["time" if name == _LABVIEW_TIME else name for name in names]  # of several channels each has its own
         names[0] = "time" if row[0] else ""
