@@ -122,7 +122,7 @@ def find_contacts(
             events = (replace(events[0], seen=False), *events[1:])
         return Contacts(None, events, low, high, hidden, late)
     touched = events[0].start if events else np.inf
-    before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # the gap that holds the touch itself is known to
+    before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # without a gap that holds the touch itself
     if before:
         return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
     first = first_contact(t, d, r, events, lost, touching, gap.size, sigma_level, gravity) if events else None

@@ -84,7 +84,7 @@ class DragLaw:
         over = self.speed * (cosine - half) - self.constant * sine
         under = cosine + half + self.quadratic * self.speed * sine
         moving = np.maximum(over, 0.0) / np.maximum(under, 1e-4)  # bounded if the law drives the rotor
-        return moving if root2 >= 0 else np.where(time < self.standstill, moving, 0.0)  # it would turn positive again
+        return moving if root2 >= 0 else np.where(time < self.standstill, moving, 0.0)  # the sine turns positive again
 
     def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Return the mean speed, Hz, over spans of time (n,), s."""

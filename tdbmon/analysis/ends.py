@@ -28,7 +28,7 @@ from tdbmon.record.misread import FEW
 from tdbmon.record.quality import LeftOut
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
-_AT_ONCE_S = 0.01  # whirl that stops so shortly before the record ends lasts to its end
+_AT_ONCE_S = 0.01  # whirl that stops so shortly before the record ends counts as lasting to its end
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see stays down)"

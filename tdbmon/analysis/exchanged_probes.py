@@ -12,10 +12,12 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.axes import to_planes
 from tdbmon.record.finding import Check, um
 
-_SETTLED_S, _LONG_S, _WITHIN_S = 0.2, 0.25, 2.0  # s: bounces last until then after the release; length and latest end examined
+# s: end of the bounces after the release; length of the part of the record that is used, and its latest end after the release
+_SETTLED_S, _LONG_S, _WITHIN_S = 0.2, 0.25, 2.0
 _SAMPLES = 4000  # samples used, enough for a circle
-_CLEARLY = 2.0  # times nearer to circles at both ends; sound records stay below 0.9, exchanged ones lie above 3
-_FITS = 0.04  # of the gap: median distance of a settled shaft from its circle is less
+# times nearer to circles at both ends by exchanging; sound records stay below 0.9, exchanged ones lie above 3
+_CLEARLY = 2.0
+_FITS = 0.04  # of the gap: greatest median distance of a settled shaft from its circle
 _ROUND = (0.5, 2.0)  # of the gap: radii possible for the clearance circle
 _ROUNDS = 8  # iterations of the reweighting
 

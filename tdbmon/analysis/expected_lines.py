@@ -11,8 +11,9 @@ from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.swing import Swing, predicted_swing
 
-_MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # band relative to a swing's frequency: measured, from the drawing alone
-_STIFFNESS = (0.7, 1.0, 1.5)  # relative to the bearing stiffness under the weight: for the band of a mode, and its nominal value
+_MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # relative band of a swing: measured, from the drawing alone
+# relative to the bearing stiffness under the weight: lower limit of a mode's band, nominal mode, upper limit
+_STIFFNESS = (0.7, 1.0, 1.5)
 
 
 def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[Band]:

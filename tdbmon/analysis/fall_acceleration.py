@@ -6,7 +6,7 @@ import numpy as np
 
 from tdbmon.analysis.release_fit import WIDE, Array, ReleaseFit, let_go
 
-_ANEW_S, _STEP_S = 8e-3, 2.5e-4  # s: the instant is searched again so far about the release, in such steps
+_ANEW_S, _STEP_S = 8e-3, 2.5e-4  # search range of the instant about the given release, and its step
 _GOES_ON = 0.5  # prior standard deviation per axis of the 1X motion in the fall, relative to the levitated orbit
 _LEAST_ORBIT = 3e-7  # m: the least value of that standard deviation
 _BENDING = 0.05  # relative standard deviation of a model's bending frequency
@@ -49,7 +49,7 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
 
 
 def _parabola(fit: ReleaseFit, instant: float, noise: float, data: Array) -> tuple[Array, Array, float]:
-    """Fit the data rows with a free acceleration; return coefficients (its own last), residual squares per row, prior penalty."""
+    """Fit rows of data; return coefficients (the acceleration last), residual sum of squares per row, and penalty of priors."""
     after = np.maximum(fit.t - instant, 0.0)
     levitated, sags = fit.levitated(instant, 0.0), fit.sags(instant, 0.0)
     design = np.column_stack([*levitated, *sags, 0.5 * after**2])
@@ -92,7 +92,7 @@ def turning_alone(fit: ReleaseFit, t0: float) -> Array:
 
 
 def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array] | None:
-    """Return the acceleration in the fall with other motion than that by gravity fitted beside it, and its standard deviation.
+    """Return the acceleration of gravity in the fall, separated from other motion, and its standard deviation.
 
     In a fall of less than a turn once-per-revolution motion resembles gravity; so its prior follows the levitated orbit.  The sag
     that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its frequency in two, which beat.

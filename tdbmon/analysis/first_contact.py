@@ -64,7 +64,7 @@ def first_contact(
     sigma: float,
     gravity: float,
 ) -> FirstContact:
-    """Estimate the quantities of the first contact of an end.
+    """Return instants, duration, rebound and restitution of the first contact of an end.
 
     Parameters
     ----------
@@ -165,8 +165,8 @@ def _tried(t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level:
 def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarray, gravity: float) -> Estimate:
     """Return velocity after over velocity before a contact whose touch and lift-off were observed.
 
-    In flight the shaft vibrates in bending within a few milliseconds: the velocity of a straight-line fit depends on start and
-    length of the line by more than its standard error.
+    In flight the shaft vibrates in bending with periods of a few milliseconds: the velocity of a straight-line fit depends on
+    start and length of the line by more than its standard error.
     """
     told = _ratio(t, d, tried[0], _FREE_S, n, gravity)
     if told is None:

@@ -13,8 +13,8 @@ from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
 
-_LEAST = 1 / math.sqrt(2)  # of gravity: on a logarithmic scale nearer to it than to half of it, as the field may decay slowly
-_MOST = 1.15  # of gravity: no other force acts downwards; unbalance and bending contribute some hundredths
+_LEAST = 1 / math.sqrt(2)  # lower limit, of gravity: geometric mean of it and its half, as the field may decay slowly
+_MOST = 1.15  # upper limit, of gravity: no other force acts downwards; unbalance and bending contribute some hundredths
 _TELLING = 0.3  # of gravity: a fall with a greater uncertainty is inconclusive
 # of the other end's orbit: a released rotor turns about its own axis of inertia, which moves both ends
 _ACROSS = 1 / 3

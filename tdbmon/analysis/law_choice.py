@@ -20,7 +20,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "constant + exponential + quadratic": ("linear", "constant", "quadratic"),
 }
 FEWEST = 24  # spans needed for a fit
-_SETTLING_S = 3.0  # after the release, when contacts and spin-up of the rings are surely over; in short records this share:
+_SETTLING_S = 3.0  # from the release until contacts and spin-up of the rings are surely over; at most this share:
 _SETTLING_SHARE = 0.6
 _EARLIER = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.0)  # shares of the settling time
 _SLOWER = (0.05, 0.03, 0.02, 0.01, 0.005, 0.002)  # shares of the speed at release

@@ -19,7 +19,7 @@ _LEFT = 0.2  # of the radial gap, beyond the orbit: the shaft has left its orbit
 
 
 def surely_levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:
-    """Return the number of initial samples, up to 20 ms, that surely precede the fall, which is found by its distance.
+    """Return the number of initial samples, up to 20 ms, that surely precede the fall, judged by the distance moved.
 
     Parameters
     ----------

@@ -90,7 +90,7 @@ def name_constants(
 
 
 def _median(height: np.ndarray) -> Estimate:
-    """Return the median amplitude of a steady line, which other lines that cross it do not affect."""
+    """Return the median amplitude of a steady line, which is robust against other lines that cross it."""
     middle = float(np.median(height))
     spread = 1.4826 * float(np.median(np.abs(height - middle)))
     return Estimate.from_sigma(

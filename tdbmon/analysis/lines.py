@@ -30,7 +30,7 @@ Direction = Literal["forward", "backward", "both"]
 
 _LONGEST_S = 1.0
 _REVOLUTIONS = 32
-_SHARE = (cfar.WINDOWS + 1) / 2  # window lengths in a short record, which must hold the windows of one decision
+_SHARE = (cfar.WINDOWS + 1) / 2  # window lengths that a short record must hold, for the windows of one decision
 _TOP_HZ = 1000.0
 _TOP_ORDER = 12.0
 _SLOWEST = 0.02  # of the highest speed: below, the shaft angle is not tracked
