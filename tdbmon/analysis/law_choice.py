@@ -20,7 +20,7 @@ MODELS: dict[str, tuple[str, ...]] = {
     "constant + exponential + quadratic": ("linear", "constant", "quadratic"),
 }
 FEWEST = 24  # spans needed for a fit
-_SETTLING_S = 3.0  # from the release until contacts and spin-up of the rings are surely over; at most this share:
+_SETTLING_S = 3.0  # until contacts and spin-up of the rings are surely over; at most this share of the run-down:
 _SETTLING_SHARE = 0.6
 _EARLIER = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.0)  # shares of the settling time
 _SLOWER = (0.05, 0.03, 0.02, 0.01, 0.005, 0.002)  # shares of the speed at release
@@ -256,7 +256,7 @@ def _unphysical(fit: LawFit) -> str:
 
 
 def _against_simpler(candidate: Candidate, candidates: list[Candidate]) -> Candidate:
-    """Refuse a law that is no better, in both BIC and cross-validation, than a simpler law nested in it."""
+    """Refuse a law unless it is better, in BIC and in cross-validation, than every simpler law nested in it."""
     if candidate.refused:
         return candidate
     for other in candidates:
