@@ -20,7 +20,7 @@ from tdbmon.estimate import Z95
 
 _MODEL_S = 12e-6  # model error due to higher bending modes: rms error on synthetic drops with a known release
 _ALONE_S = 25e-6  # the same for a single end: the errors of two ends largely cancel
-_BENDING = 0.015  # relative standard deviation of the bending frequencies of the machine file: elastic modulus within 3 %
+_BENDING = 0.015  # relative standard deviation of the machine file's bending frequencies: elastic modulus within 3 %
 _BENT_S = 1e-3  # range of the instant when they vary
 _WORSE = 1.5  # largest accepted ratio of costs with and without the sag; a probe that reads 10 % too much gives 1.05
 _SOFT_MODEL = 0.03  # relative model error of the decay time: the levitation stiffness, which decays too, is neglected
@@ -30,7 +30,7 @@ _SURE = 36.0  # decrease of chi-square from which a soft start is accepted
 _DOUBT = 12.0  # decrease from which it is considered possible
 _AGAINST = 10.0  # decrease by which a single end may favour a sudden release at its own instant
 PROBE_SCALE = 0.05  # relative tolerance of an eddy-current probe's scale factor (API Standard 670)
-_BEYOND, _ANY_SCALE = 0.075, 0.5  # least and largest relative error of a wrong sensitivity, clearly beyond the tolerance
+_BEYOND, _ANY_SCALE = 0.075, 0.5  # relative error of a wrong sensitivity: clearly beyond the tolerance, and at most
 _NOISE_ALONE = 2.0  # largest mean square residual in the fall over noise variance, if scale errors explain it
 _MISREAD = 50.0  # decrease of chi-square by a free scale that sound records do not show
 _STEP_S = 2.5e-4  # grid step of the first search

@@ -90,7 +90,7 @@ def ball_travel(bearing: TouchdownBearing, load: float, diametral_clearance: flo
         deflection = np.maximum(travel[:, None] * cosine - diametral_clearance / 2, 0.0)
         return np.sum(stiffness * deflection**1.5 * cosine, axis=1)
 
-    play = max(diametral_clearance, 0.0)  # preloaded balls carry load from the centre on: bracket them as without clearance
+    play = max(diametral_clearance, 0.0)  # preloaded balls carry from the centre on: bracket as without clearance
     low = np.full(_CAGE_ANGLES, play / 2)
     high = low + 4 * (load / stiffness) ** (2 / 3) + play + 1e-9
     for _ in range(60):
