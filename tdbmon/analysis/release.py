@@ -97,7 +97,7 @@ class Fall:
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """The release of a drop.
+    """Estimated release of a drop: instant, force decay, and state and fall of each end.
 
     Attributes
     ----------

@@ -53,7 +53,7 @@ def turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains
             return None
         guess, reach, without = float(min(grid, key=left)), 0.3 / span, left(0.0)
     found = minimize_scalar(left, bounds=(guess - reach, guess + reach), method="bounded")
-    better = data.size * np.log(without / found.fun) if found.fun > 0 else 0.0  # as a chi-square
+    better = data.size * np.log(without / found.fun) if found.fun > 0 else 0.0  # decrease of chi-square
     return float(found.x) if better > (_TELLS if speed_hz else _TELLS_ALONE) else speed_hz
 
 
