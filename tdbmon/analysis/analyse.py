@@ -1,4 +1,4 @@
-"""One record, analysed: from channels laid over a machine to everything they yield without a fitted model."""
+"""Analysis of one record: everything that its channels, assigned to a machine, yield without a fitted model."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ from tdbmon.record.slow_roll import check_slow_roll
 from tdbmon.record.speed_checks import signal_over_pulses, without_refuted
 from tdbmon.record.taken_up import until_taken_up
 
-_FEWEST = 128  # samples: eight windows of sixteen, the least that makes a waterfall
+_FEWEST = 128  # samples: eight windows of sixteen, the least for a waterfall
 
 
 def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -> Analysis:
@@ -64,21 +64,21 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
     Parameters
     ----------
     record : Dataset
-        As `tdbmon.record.read` gives it.
+        As `tdbmon.record.read` returns it.
     machine : Machine
     progress : callable, optional
-        Is told the name of each step as it begins.
+        Called with the name of each step as it begins.
 
     Returns
     -------
     Analysis
-        What the record lacks (a speed signal, the keyphasor, an end's probes) is left out of it and listed in its
-        checks; nothing is invented.
+        Without the results for which the record lacks data (a speed signal, the keyphasor, an end's probes); its checks
+        list what is missing.
 
     Raises
     ------
     InputError
-        If the record holds neither an orbit nor a speed of this machine, or is too short to tell anything.
+        If the record holds neither an orbit nor a speed of this machine, or is too short to analyse.
     """
     progress("checking the channels")
     record, lying = from_lift_off(assign(record, machine), machine)
@@ -100,7 +100,7 @@ def analyse(record: xr.Dataset, machine: Machine, progress: Progress = silent) -
 
 
 def _long_enough(record: xr.Dataset, machine: Machine) -> None:
-    """Raise InputError for a record of which not even a spectrum can be made; one without probes may tell of its speed."""
+    """Raise InputError if the probe channels are too short for a spectrum; a record without probes may still hold a speed."""
     longest = max((record[probe.name].size for probe in machine.probes if probe.name in record), default=_FEWEST)
     if longest < _FEWEST:
         raise InputError(
@@ -111,7 +111,7 @@ def _long_enough(record: xr.Dataset, machine: Machine) -> None:
 
 @dataclass(frozen=True, eq=False)
 class _Laid:
-    """A record laid over its machine, how the shaft turns in it, and what `signal_over_pulses` said of its channels."""
+    """A record assigned to its machine, the rotation of the shaft, and the speed ratio from `signal_over_pulses`."""
 
     record: xr.Dataset
     machine: Machine
@@ -133,7 +133,7 @@ class _Laid:
 
 
 def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Dataset | None:
-    """Displacement at the bearing planes, or None (with a failed check) where a record with speed holds no orbit."""
+    """Return displacement at the bearing planes; None if a record with speed holds no orbit, which is added to `checks`."""
     fit = [probe.name for probe in laid.machine.probes if probe.name not in unused]
     try:
         return bearing_planes(laid.record, laid.machine, fit)
@@ -143,7 +143,7 @@ def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Datas
             raise InputError(f"{laid.record.attrs.get('source_file', 'record')}: {error}{told}") from None
         if laid.machine.probes:
             checks.append(Check("orbit", "", False, f"{error}; only the speed is analysed"))
-        else:  # which the machine file says: as for a shaft that stands upright
+        else:  # as the machine file intends, for a vertical shaft, say
             checks.append(Check("orbit", "", True, "the machine file has no probes: only the speed is analysed"))
         return None
 
@@ -151,7 +151,7 @@ def _planes(laid: _Laid, unused: Iterable[str], checks: list[Check]) -> xr.Datas
 def _drop(
     laid: _Laid, planes: xr.Dataset, unused: Mapping[str, LeftOut], checks: list[Check], progress: Progress
 ) -> Analysis:
-    """Return what a drop tells; `unused` says which probes are left out, and why."""
+    """Return the analysis of a record with a drop; `unused` maps the probes left out to the reason."""
     record, machine, rotor, rotation = laid.record, laid.machine, laid.rotor, laid.rotation
     progress("finding the release and the contacts")
     time = planes.time.to_numpy()
@@ -167,7 +167,7 @@ def _drop(
     planes = apart
     sound = freed(record, machine)
     back = {end: returned(planes, end, machine, released) for end in machine.ends}
-    # what goes right round does not rest, and tells no circle at rest
+    # a shaft in full whirl does not rest, so that no clearance circle at rest can be fitted
     drawn = {end: whirl_about_drawing(planes, machine, end, start) for end in seen_ends(planes)}
     checks += check_orientation(_without(planes, held), *sound, released, back, checks, drawn)
     crossed = exchanged_probes(planes, *sound, released)
@@ -176,7 +176,7 @@ def _drop(
     if release is not None:
         checks += check_set_point(ends, release, machine)
         if all(each.passed for each in checks if each.check == "machine and record"):
-            checks += check_probe_scales(release, machine)  # by how the rotor of the machine file bends
+            checks += check_probe_scales(release, machine)  # needs the bending of the machine file's rotor
 
     progress("fitting the run-down")
     circled = {end: result.gap for end, result in ends.items() if result.gap is not None}
@@ -209,9 +209,10 @@ def _drop(
 
 
 def _run_down(laid: _Laid, released: float | None, whirl: Mapping[str, Whirl], checks: list[Check]) -> RunDown | None:
-    """Return the run-down; a failed check says where no coasting rotor slows so.  `whirl` is that of the ends seen.
+    """Return the run-down, and add a failed check if no coasting rotor decelerates like that.
 
-    Whirl slows a rotor by no law of drag either, and is told itself.
+    `whirl` holds the whirl of the visible ends.  A whirling rotor follows no drag law either; as whirl is reported itself, it
+    fails no check here.
     """
     rundown = laid.rotation.run_down(released, laid.rotor, checks)
     if rundown is None:
@@ -225,13 +226,13 @@ def _run_down(laid: _Laid, released: float | None, whirl: Mapping[str, Whirl], c
 
 
 def _without(planes: xr.Dataset, ends: Iterable[str]) -> xr.Dataset:
-    """Return the planes with ends that did not fall as ends that are not seen: what is asked of a fall is not asked of them."""
+    """Return the planes with the given ends, which did not fall, marked as not visible, to keep them out of tests of the fall."""
     left = planes.end.isin(list(ends))
     return planes.assign(plane=planes.plane.where(~left, "none"), displacement=planes.displacement.where(~left))
 
 
 def _bridged(record: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return the record with short runs of missing samples of its probes filled: one would blot out a whole spectrum."""
+    """Return the record with short gaps in its probe channels filled, since one missing sample would void a whole spectrum."""
     probes = [probe.name for probe in machine.probes if probe.name in record]
     return record.assign(dict(repair_gaps(record[probes]).data_vars))
 
@@ -242,7 +243,7 @@ def _speed_only(laid: _Laid, checks: list[Check]) -> Analysis:
 
 
 def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Analysis:
-    """Return what a record without a drop tells: how the shaft levitates, and how fast it turns."""
+    """Return the analysis of a record without a drop: the levitated orbit and the speed."""
     machine, rotation = laid.machine, laid.rotation
     time = planes.time.to_numpy()
     loads = static_loads(machine, laid.rotor)
@@ -276,9 +277,9 @@ def _levitated_only(laid: _Laid, planes: xr.Dataset, checks: list[Check]) -> Ana
 def _release(
     laid: _Laid, planes: xr.Dataset, held: Iterable[str], checks: list[Check]
 ) -> tuple[Release | None, float | None, str]:
-    """Return the release, about when it was, s, and why times after it are not told, where they are on a wrong scale.
+    """Return the release, its approximate instant, s, and why later times are withheld (if their scale may be wrong; else "").
 
-    It is that of the ends that fall, without those `held`.
+    It is determined from the ends that fall, without those `held`.
     """
     machine = let_go_alone(laid.machine, laid.rotor, held)
     release = _found_release(laid, machine, planes, held)
@@ -289,26 +290,26 @@ def _release(
         )
         checks.append(Check("levitated stretch", "", False, detail))
         return None, None, ""
-    if machine is laid.machine:  # else it is not gravity alone with which the shaft falls
+    if machine is laid.machine:  # else the acceleration of the fall is not gravity alone
         checks += check_free_fall(release, machine, laid.over_pulses)
     released, unscaled = release.time.value, undated(release, machine)
     if not unscaled:
         return release, released, ""
-    # about when it was is known all the same: what lies before is levitation
+    # the approximate instant still marks the end of levitation
     within = released is not None and planes.time[0] < released < planes.time[-1]
     return not_told(unscaled, release.falls), released if within else None, unscaled
 
 
 def _found_release(laid: _Laid, machine: Machine, planes: xr.Dataset, held: Iterable[str]) -> Release | None:
-    """Return the release of a machine by the ends that fall."""
+    """Return the release determined from the ends that fall."""
     record, upright = freed(without_flat_tops(laid.record, machine), machine)
-    sag = None if held else sag_of(machine, laid.rotor)  # on a bearing that holds the shaft swings otherwise
+    sag = None if held else sag_of(machine, laid.rotor)  # with one end held, the sag springs back differently
     bending = springing_back(laid.rotor)
     return release_of(record, upright, _without(planes, held), laid.rotation.before(None), bending, sag)
 
 
 def _at_planes(release: Release, laid: _Laid, planes: xr.Dataset, held: Iterable[str]) -> Release:
-    """Return a release with the ends as they were let go at other planes than those that it was found at."""
+    """Return a release with the states of its ends re-evaluated at other planes than those it was found at."""
     if not release.states:
         return release
     found = _found_release(laid, let_go_alone(laid.machine, laid.rotor, held), planes, held)
@@ -332,7 +333,7 @@ def _phases(
 
 
 def _again(record: xr.Dataset) -> tuple[Phase, ...]:
-    """Return the phase in which the shaft is levitated again, of which no sample is analysed."""
+    """Return the phase in which the shaft is levitated again, which is excluded from the analysis."""
     if "lifted_s" not in record.attrs:
         return ()
     return (Phase("levitated again", record.attrs["lifted_s"], record.attrs["hovers_s"]),)
@@ -346,7 +347,7 @@ def _levitation(
     ends: dict[str, EndResult],
     checks: list[Check],
 ) -> tuple[dict[str, Levitation], dict[str, LevitatedMiss]]:
-    """Return the levitated shaft at each end that is seen, and by how much the line may miss it there."""
+    """Return position and orbit of the levitated shaft at each visible end, and the possible error of the rigid line there."""
     machine = laid.machine
     if released is None:
         return {}, {}
@@ -370,7 +371,7 @@ def _levitation(
 def _levitated_bent(
     laid: _Laid, planes: xr.Dataset, speed_hz: float | None, found: Mapping[str, Levitation]
 ) -> tuple[dict[str, Levitation], dict[str, LevitatedMiss]]:
-    """Return the levitated shaft with intervals that hold by how much the line may miss it, and that."""
+    """Return the levitation results with intervals widened by the possible error of the rigid line, and that error."""
     orbits = [each.once.value for each in found.values() if each.once.value is not None]
     misses = levitated_misses(planes, laid.machine, laid.rotor, speed_hz, orbits)
     clearance = {end: laid.machine.bearing(end).radial_gap.nominal for end in found}
@@ -385,13 +386,13 @@ def _held_bent(release: Release, misses: Mapping[str, LevitatedMiss], speed_hz: 
 
 
 def _spectra(seen: xr.Dataset) -> xr.Dataset | None:
-    """Return the waterfall; None where no window of the record has all its samples."""
+    """Return the waterfall; None if every window of the record lacks samples."""
     spectra = waterfall(seen)
     return spectra if bool(np.isfinite(spectra.amplitude).any()) else None
 
 
 def _bands(laid: _Laid, swing: Swing | None) -> list[Band]:
-    """Return where lines have a name; none without a speed, beside which they are told."""
+    """Return the frequency bands of named lines; none without a speed, as lines are found only with one."""
     return expected_lines(laid.machine, laid.rotor, swing) if laid.rotation.known else []
 
 
@@ -404,7 +405,7 @@ def _lines(laid: _Laid, seen: xr.Dataset, bands: list[Band]) -> tuple[Line, ...]
 
 
 def _drifting(laid: _Laid, seen: xr.Dataset, bands: list[Band], lines: tuple[Line, ...]) -> tuple[DriftingSwing, ...]:
-    """Return the swings that are no lines."""
+    """Return the swings whose frequency drifts too much for a spectral line."""
     lacking = lacking_swings(bands, lines)
     if not lacking:
         return ()

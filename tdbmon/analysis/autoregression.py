@@ -1,4 +1,4 @@
-"""Noise that remembers: an autoregression of what a fit leaves, and the filter that makes it white (G. U. Yule 1927)."""
+"""Autoregressive model of the residual of a fit, and the filter that whitens it (G. U. Yule 1927)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Noise:
 
     @property
     def slow(self) -> float:
-        """Standard deviation of the white noise that is as strong at low frequency."""
+        """Standard deviation of the white noise with the same power density at low frequency."""
         return self.sigma / max(1.0 - float(self.ar.sum()), 0.05)
 
     def whiten(self, x: np.ndarray) -> np.ndarray:
@@ -30,9 +30,9 @@ WHITE = Noise(np.empty(0), 1.0)
 
 
 def whitened(values: np.ndarray, ar: np.ndarray) -> np.ndarray:
-    """Return values[t] - sum ar[k] values[t - k] along the last axis; a term of `ar` may differ from row to row.
+    """Return values[t] - sum ar[k] values[t - k] along the last axis; a coefficient of `ar` may differ from row to row.
 
-    Values before the first count as 0.
+    Values before the first are taken as 0.
     """
     out = values.copy()
     for lag, coefficient in enumerate(ar, start=1):
@@ -41,11 +41,11 @@ def whitened(values: np.ndarray, ar: np.ndarray) -> np.ndarray:
 
 
 def noise_of(residual: np.ndarray, parameters: int) -> Noise:
-    """Fit an autoregression to a residual (n,) left by a fit of so many parameters.
+    """Fit an autoregressive model to the residual (n,) of a fit with the given number of parameters.
 
-    Yule-Walker's equations; the order is the one with the least BIC, at most 6.  They give stationary noise whatever is left,
-    of a few means or of nothing but rounding too.  Least squares, as `tdbmon.identify.noise` has them, do not; of long stretches
-    they keep sharp peaks, which Yule-Walker's equations flatten.
+    Uses the Yule-Walker equations; the order, at most 6, minimises the BIC.  The model is stationary for any residual, even a few
+    means or mere rounding errors.  Least squares, as in `tdbmon.identify.noise`, does not ensure that, but resolves the sharp
+    spectral peaks of long records, which the Yule-Walker equations flatten.
     """
     n = len(residual)
     top = max(0, min(_MAX_ORDER, (n - parameters) // 20))
@@ -68,5 +68,5 @@ def noise_of(residual: np.ndarray, parameters: int) -> Noise:
 
 
 def scatter(mean: np.ndarray) -> float:
-    """Standard deviation of noise from mean to mean (n,): by third differences, which no smooth course adds to."""
+    """Return the standard deviation of the noise of means (n,), from third differences, to which a smooth trend adds nothing."""
     return float(np.std(np.diff(mean, 3)) / np.sqrt(20)) if len(mean) > 3 else 0.0

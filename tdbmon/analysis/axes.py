@@ -1,4 +1,4 @@
-"""Probe readings turned into machine axes (x right, y up) and carried along the rigid rotor to the bearing planes."""
+"""Transformation of probe readings to machine axes (x right, y up) and along the rigid rotor to the bearing planes."""
 
 from __future__ import annotations
 
@@ -12,30 +12,30 @@ from tdbsim.machine import Machine
 from tdbmon.record.timebase import usual_rate
 
 AXES = ("x", "y")
-_ROUNDING = 1e-9  # of the greatest weight
+_ROUNDING = 1e-9  # of the greatest weight: smaller weights are rounding errors
 
 
 def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = None) -> xr.Dataset:
-    """Displacement of the shaft centre at the touchdown bearings.
+    """Return the displacement of the shaft centre at the touchdown bearings.
 
     Each probe reads ``x cos(angle) + y sin(angle)`` in its own plane; with two probes at each of two planes the four
     readings give the rigid line of the rotor, which is evaluated at the bearing planes (the rigid-body case of modal
-    expansion, r = Phi (Q Phi)^+ r_m).  An end whose probes stand alone is taken at its probe plane.
+    expansion, r = Phi (Q Phi)^+ r_m).  If they do not, an end with two usable probes is evaluated at its probe plane.
 
     Parameters
     ----------
     record : Dataset
-        A record laid over the machine (`tdbmon.record.assign`), probes in m.
+        A record assigned to the machine (`tdbmon.record.assign`), probes in m.
     machine : Machine
     use : sequence of str, optional
-        Names of the probes fit for use; all that the record holds by default.
+        Names of the usable probes; by default all that the record holds.
 
     Returns
     -------
     Dataset
         ``displacement(end, axis, time)`` in m at the bearing planes and ``weights(end, axis, probe)``, the linear map
-        from readings to it (it carries noise too).  ``plane(end)`` says "bearing", "probe" or "none".  An end that
-        cannot be resolved is NaN.  Attribute ``sampling_hz``, the rate between holes in the time axis.
+        from readings to it (noise propagates through it too).  ``plane(end)`` is "bearing", "probe" or "none".  An end that
+        cannot be resolved is NaN.  Attribute ``sampling_hz`` is the sampling rate between gaps in the time axis.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
     broken = np.isnan(readings)
     if broken.any():
         for i in range(len(machine.ends)):
-            # a probe in the plane of the one bearing tells nothing of the other, but for rounding, and must not blank it
+            # a probe in the plane of one bearing has zero weight at the other but for rounding, and must not void it
             share = np.abs(weights[i])
             needed = (share > _ROUNDING * share.max(axis=1, keepdims=True)).any(axis=0)
             displacement[i][:, broken[needed].any(axis=0)] = np.nan
@@ -77,14 +77,14 @@ def to_planes(record: xr.Dataset, machine: Machine, use: Sequence[str] | None = 
 
 
 def seen_ends(planes: xr.Dataset) -> list[str]:
-    """Return the names of the ends whose orbit the probes show, of what `to_planes` gives."""
+    """Return the names of the ends whose orbit is visible, from a result of `to_planes`."""
     return [str(end) for end, plane in zip(planes.end.values, planes.plane.values, strict=True) if plane != "none"]
 
 
 def at_own_probes(
     planes: xr.Dataset, record: xr.Dataset, machine: Machine, use: Sequence[str], ends: Sequence[str]
 ) -> xr.Dataset:
-    """Take ends at their own probes' plane instead of along the rigid line, which carries what another end misreads.
+    """Evaluate ends at the plane of their own probes, since the rigid line propagates the errors of another end's probes.
 
     Parameters
     ----------
@@ -111,13 +111,13 @@ def at_own_probes(
 
 
 def differ(angles: Sequence[float]) -> bool:
-    """True for probes (angles in rad) of which two look in different directions."""
+    """Return whether at least two of some probes (angles in rad) measure in different directions."""
     directions = np.column_stack([np.cos(angles), np.sin(angles)])
     return len(angles) >= 2 and int(np.linalg.matrix_rank(directions, tol=0.1)) == 2
 
 
 def _weights(machine: Machine, names: Sequence[str]) -> tuple[np.ndarray, list[str]]:
-    """Return the map (end, axis, probe) from readings to displacement, and the plane that it leads to."""
+    """Return the linear map (end, axis, probe) from readings to displacement, and the plane for which it holds at each end."""
     probes = [p for p in machine.probes if p.name in names]
     cos, sin = np.cos([p.angle for p in probes]), np.sin([p.angle for p in probes])
     position = np.array([p.position for p in probes])

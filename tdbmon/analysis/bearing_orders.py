@@ -1,7 +1,7 @@
-"""Orders of rotation at which a touchdown bearing speaks, once its inner ring turns with the shaft.
+"""Characteristic orders of a touchdown bearing whose inner ring turns with the shaft.
 
-Each of N balls passes a point of the outer race once a turn of the cage, a point of the inner race once a turn of the ring
-against the cage (T. A. Harris, Rolling Bearing Analysis); how cage and balls turn says `tdbsim.ball_motion`.
+Each of N balls passes a point of the outer race once per turn of the cage, and a point of the inner race once per turn of the
+ring relative to the cage (T. A. Harris, Rolling Bearing Analysis); `tdbsim.ball_motion` gives the speeds of cage and balls.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from tdbsim.machine import Machine, TouchdownBearing
 
 from tdbmon.analysis.lines import Line
 
-_NEAR = 0.01  # relative: the ring runs a little slower than the shaft that rolls in it
+_NEAR = 0.01  # relative tolerance: the ring turns slightly slower than the shaft that rolls in it
 
 
 def bearing_orders(bearing: TouchdownBearing) -> dict[str, float]:
-    """Return the orders by name: "cage", "ball pass outer", "ball pass inner", "ball spin"."""
+    """Return the characteristic orders by name: "cage", "ball pass outer", "ball pass inner", "ball spin"."""
     count, motion = bearing.balls.count, ball_motion(bearing.geometry)
     return {
         "cage": motion.cage,
@@ -29,7 +29,7 @@ def bearing_orders(bearing: TouchdownBearing) -> dict[str, float]:
 
 
 def name_bearing_orders(lines: Sequence[Line], machine: Machine) -> tuple[Line, ...]:
-    """Name the order lines that are no simple fraction and lie within 1 % of an order of a touchdown bearing."""
+    """Name order lines within 1 % of a characteristic order of a touchdown bearing, except multiples of one half."""
     out = []
     for line in lines:
         if line.kind == "order" and line.order is not None and abs(2 * line.order - round(2 * line.order)) > 0.02:

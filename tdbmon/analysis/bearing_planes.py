@@ -1,4 +1,4 @@
-"""The orbit at the bearing planes: missing where peaks are cut off, and spared what probes elsewhere misread."""
+"""Displacement at the bearing planes, without clipped samples and unaffected by faulty probes of the other end."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from tdbmon.record.finding import Check
 from tdbmon.record.lost_samples import without_flat_tops
 from tdbmon.record.sensor_effects import freed
 
-_LEAST_HZ = 500.0  # sampling rate of probes, below which no contact is more than a sample
+_LEAST_HZ = 500.0  # sampling rate of probes: below, a contact lasts no longer than a sample
 
 
 def bearing_planes(record: xr.Dataset, machine: Machine, use: Sequence[str]) -> xr.Dataset:
-    """Return displacement at the bearing planes (`to_planes`) by the probes named in `use`, m.
+    """Return the displacement at the bearing planes (`to_planes`) from the probes named in `use`, m.
 
-    Where a probe's peaks are cut off it is NaN, and `cut_off` (end, time) says so.
+    It is NaN where a probe is clipped, which the mask `cut_off` (end, time) marks.
 
     Raises
     ------
     InputError
-        If no orbit is seen, or too few samples a second to see a contact.
+        If no orbit is visible, or the sampling rate is too low to resolve a contact.
     """
     whole = to_planes(*freed(record, machine), use)
     time = whole.time.to_numpy()
-    # holes count: where they are a hundred times the rest, the clock is damaged
+    # mean rate including gaps: a record that consists mostly of gaps has a damaged clock
     rate = (len(time) - 1) / (time[-1] - time[0])
     if rate < _LEAST_HZ:
         raise InputError(
@@ -42,7 +42,10 @@ def bearing_planes(record: xr.Dataset, machine: Machine, use: Sequence[str]) -> 
 def apart_from_misread(
     planes: xr.Dataset, record: xr.Dataset, machine: Machine, wrong: Mapping[str, str], checks: list[Check]
 ) -> xr.Dataset:
-    """Take an end whose own probes read well apart from the rigid line that probes elsewhere misread."""
+    """Evaluate an end with sound probes at its own probe plane if faulty probes elsewhere corrupt the rigid line.
+
+    `wrong` maps the probes that misread to the failed check; an entry in `checks` reports the change of plane.
+    """
     used = [str(name) for name in planes.probe.values]
     along = [end for end in machine.ends if str(planes.plane.sel(end=end).item()) == "bearing"]
     faulty = [name for name in used if name in wrong]
@@ -63,5 +66,5 @@ def apart_from_misread(
 
 
 def _cut_off(planes: xr.Dataset, whole: xr.Dataset) -> xr.DataArray:
-    """Return where (end, time) displacement is missing that is there as long as no peak is left out."""
+    """Return where (end, time) displacement is missing in `planes` but not in `whole`, which keeps the clipped samples."""
     return (planes.displacement.isnull() & whole.displacement.notnull()).any("axis")

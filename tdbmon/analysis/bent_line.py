@@ -1,13 +1,14 @@
-"""How far the rigid line through the probes misses a shaft that bends: under its weight, in a blow, by its unbalance.
+"""Error of the rigid line through the probes for a shaft that bends: under its weight, in an impact, by its unbalance.
 
-The bearings push at their planes, the rotor's mass lies between and beyond them: the shaft bends, and the straight line through
-the probe planes passes the bearing planes by some micrometres at rest, and by ten times as much in a blow of ten times the load.
+The bearing forces act in their planes, the rotor's mass is distributed between and beyond them: the shaft bends, and the straight
+line through the probe planes misses its centre at the bearing planes by some micrometres at rest, and by ten times as much in
+an impact of ten times the load.
 
-Levitated, the weight hangs in the magnetic bearings, and the shaft sags between them.  Its unbalance bends it too, once per
-revolution: in a bending mode of the free rotor, of the angular frequency w_k, by u_k w^2 / (w_k^2 - w^2), where the rigid modes
-follow their own share u of the unbalance by -u.  How the unbalance lies along the shaft is not known; that in the bending modes
-is taken to be as large as that in the rigid ones, in coordinates of unit modal mass, as a single lump makes it.  A rotor that
-was balanced as a rigid one alone may keep more.
+In levitation the magnetic bearings carry the weight, and the shaft sags between them.  Its unbalance bends it too, once per
+revolution: a bending mode of the free rotor with angular frequency w_k responds by u_k w^2 / (w_k^2 - w^2), where the rigid
+modes respond to their own share u of the unbalance by -u.  The distribution of the unbalance along the shaft is not known; its
+share in the bending modes is taken to be as large as that in the rigid ones, in coordinates of unit modal mass, as for a single
+point mass.  A rotor balanced only as a rigid one may have more.
 """
 
 from __future__ import annotations
@@ -23,16 +24,16 @@ from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.rest import total_travel
 
-BENDS = "what the shaft bends between probe and bearing"  # of an interval that holds it
-DRAWN = 1.2  # times what the drawing tells: parts shrunk on, shear and higher modes make a rotor bend more or less by some tenths
-_BENDING = 12  # free-free bending modes, whose flexibility bends the shaft
-_LIGHTEST, _HEAVIEST = 1e-9, 1000.0  # loads at rest: no drop presses with more
-_NEAREST = 0.1  # of 1 - (w / w_k)^2: by a drawing, and without gyroscopics, a bending frequency is right to 5 %
+BENDS = "what the shaft bends between probe and bearing"  # remark on an interval that includes this
+DRAWN = 1.2  # factor on deflections by the drawing: shrunk-on parts, shear and higher modes change them by some tenths
+_BENDING = 12  # free-free bending modes summed for the shaft's flexibility
+_LIGHTEST, _HEAVIEST = 1e-9, 1000.0  # multiples of the static load: no drop exceeds the latter
+_NEAREST = 0.1  # least |1 - (w / w_k)^2|: a bending frequency from a drawing, without gyroscopics, is right to 5 %
 
 
 @dataclass(frozen=True)
 class LevitatedMiss:
-    """By how much the line may miss the levitated shaft at an end, m: by its sag, and by its orbit once per revolution."""
+    """Possible error of the rigid line at an end in levitation, m: from the sag, and in the once-per-revolution orbit."""
 
     sag: float = 0.0
     once: float = 0.0
@@ -41,9 +42,9 @@ class LevitatedMiss:
 def line_beyond(
     planes: xr.Dataset, machine: Machine, rotor: RotorModel, loads: Sequence[tuple[float, float]]
 ) -> dict[str, float]:
-    """Return by how much the line lies below the shaft at each end, m, where loads, N, hold it up at some positions, m.
+    """Return how far the rigid line lies below the bent shaft at each end, m, for supporting `loads` (position, m, and force, N).
 
-    Nought of an end that is not taken along the line.
+    Zero for an end that is not evaluated along the line.
     """
     modes = free_free(rotor, _BENDING)
     positions, forces = (np.array(column) for column in zip(*loads, strict=True))
@@ -53,14 +54,15 @@ def line_beyond(
 
 
 def at_rest(machine: Machine, loads: Mapping[str, float]) -> list[tuple[float, float]]:
-    """Return where the touchdown bearings hold the shaft up, m, and with what, N."""
+    """Return the position, m, and load, N, of each touchdown bearing at rest."""
     return [(machine.bearing(end).position, load) for end, load in loads.items()]
 
 
 def levitated(machine: Machine, rotor: RotorModel) -> list[tuple[float, float]]:
-    """Return where the magnetic bearings hold the shaft up, m, and with what, N: the touchdown bearings where none are stated.
+    """Return the position, m, and static load, N, of each magnetic bearing, or of each touchdown bearing.
 
-    More than two share the load by their stiffness.
+    Touchdown bearings stand in if magnetic bearings at fewer than two positions are given; more than two share the load
+    according to their stiffness.
     """
     positions = np.array([magnet.position for magnet in machine.magnetic_bearings])
     if len(set(positions.tolist())) < 2:
@@ -74,7 +76,7 @@ def levitated(machine: Machine, rotor: RotorModel) -> list[tuple[float, float]]:
 def levitated_misses(
     planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz: float | None, once: Sequence[float]
 ) -> dict[str, LevitatedMiss]:
-    """Return by how much the line may miss the levitated shaft at each end, that turns on orbits `once` at the ends, m."""
+    """Return the possible error of the line at each end of the levitated shaft with once-per-revolution orbits `once`, m."""
     sags = line_beyond(planes, machine, rotor, levitated(machine, rotor))
     shares = _bent_once(planes, machine, rotor, speed_hz or 0.0)
     orbit = float(np.linalg.norm(once)) if len(once) else 0.0
@@ -82,9 +84,9 @@ def levitated_misses(
 
 
 def _bent_once(planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz: float) -> dict[str, float]:
-    """Return by how much the line may miss the orbit once per revolution at each end, over the orbits of both ends.
+    """Return the error of the line in the once-per-revolution orbit of each end, relative to the orbits of both ends.
 
-    Those count as the root of the sum of both ends' and axes' squared amplitudes.  Nought of an end not taken along the line.
+    Their size is the root of the sum of both ends' and axes' squared amplitudes.  Zero for an end not evaluated along the line.
     """
     modes = free_free(rotor, _BENDING)
     ratio = (speed_hz / modes.frequencies[2:]) ** 2
@@ -96,7 +98,7 @@ def _bent_once(planes: xr.Dataset, machine: Machine, rotor: RotorModel, speed_hz
 
 
 def relative_load(bearing: TouchdownBearing, load: float, travel: float) -> float:
-    """Return how many times the load at rest, N, makes contact, balls and support of a bearing yield by a travel, m."""
+    """Return the multiple of the static load, N, under which contact, balls and support of a bearing deflect by `travel`, m."""
     from scipy.optimize import brentq
 
     def beyond(times: float) -> float:
@@ -108,10 +110,10 @@ def relative_load(bearing: TouchdownBearing, load: float, travel: float) -> floa
 
 
 def _missed(planes: xr.Dataset, machine: Machine, modes: Modes) -> np.ndarray:
-    """Return by how much the line misses each bending mode of unit size: (end, axis of the line, axis of the mode, mode)."""
+    """Return the error of the line for each bending mode of unit amplitude: (end, axis of the line, axis of the mode, mode)."""
     ends = list(machine.ends)
     missed = np.zeros((len(ends), 2, 2, modes.n - 2))
-    if "weights" not in planes:  # not made from probes
+    if "weights" not in planes:  # not computed from probes
         return missed
     used = {probe.name: probe for probe in machine.probes}
     probes = [used[str(name)] for name in planes.probe.values]

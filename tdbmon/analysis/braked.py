@@ -1,7 +1,7 @@
-"""Whether contacts can have slowed a rotor as its run-down says, or whether its drive brakes.
+"""Test whether contacts can explain the deceleration of a run-down, or whether the drive brakes.
 
-All that contacts take from a rotor they take by friction, be it to spin up rings or to rub on them.  Over bounces the rotor
-presses on its bearings with no more than its weight m g, unless it whirls; so friction at the journal radius r slows it by
+Contacts decelerate a rotor by friction only, whether it spins up the rings or rubs on them.  Averaged over bounces the rotor
+loads its bearings with no more than its weight m g, unless it whirls; so friction at the journal radius r decelerates it by
 mu m g r / I_p at most.
 """
 
@@ -16,18 +16,18 @@ from tdbsim.rotor import RotorModel
 from tdbmon.analysis.rundown import RunDown
 from tdbmon.estimate import Estimate
 
-_STEEL = 0.5  # friction of dry steel on steel, about the highest
+_STEEL = 0.5  # friction coefficient of dry steel on steel, about the highest
 
 
 def most_friction(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
-    """Return the greatest torque by which contacts slow a rotor that does not whirl, N m, and the friction taken for it."""
+    """Return the greatest friction torque of contacts on a rotor that does not whirl, N m, and the friction coefficient used."""
     friction = max(_STEEL, *(bearing.friction.high for bearing in machine.touchdown_bearings))
     radius = max(bearing.journal_radius for bearing in machine.touchdown_bearings)
     return friction * rotor.total_mass * STANDARD_GRAVITY * radius, friction
 
 
 def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, release: float) -> RunDown:
-    """Return a run-down that says where a drive must have braked, of a rotor that did not whirl.
+    """Return the run-down of a rotor that did not whirl, with a doubt if it decelerates more than contacts can explain.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, relea
     rotor : RotorModel
         Of the machine.
     release : float
-        s.
+        Instant of the release, s.
     """
     torque, friction = most_friction(machine, rotor)
     drag, lost = rundown.drag_torque, rundown.lost_speed

@@ -1,11 +1,11 @@
-"""Detection of spectral lines at a constant false-alarm rate, and of those that stay.
+"""Detection of persistent spectral lines at a constant false-alarm rate (CFAR).
 
-A cell of a time-frequency map is a detection when it is a local maximum over frequency and stands out of the noise beside
-it: above ``T`` times the median of the cells on the left and of those on the right (the greater counts, so that the edge
-of a slope or of a plateau raises no alarm).  ``T`` follows from the wanted rate for exponentially distributed noise power
+A cell of a time-frequency map is a detection when it is a local maximum over frequency and exceeds the local noise: it lies
+above ``T`` times the median of the reference cells below and of those above it in frequency (the greater counts, so that the
+edge of a slope or of a plateau raises no alarm).  ``T`` follows from the required rate for exponentially distributed noise power
 (order-statistic CFAR: H. Rohling, IEEE Trans. Aerosp. Electron. Syst. 19, 1983, 608-621; greatest-of: V. G. Hansen and
-J. H. Sawyers, ibid. 16, 1980, 115-118).  A line must come back: in m of n windows (binary integration; M. Schwartz,
-IRE Trans. Inf. Theory 2, 1956, 135-139), with the rate a cell such that at most one
+J. H. Sawyers, ibid. 16, 1980, 115-118).  A line must be detected in m of n windows (binary integration; M. Schwartz,
+IRE Trans. Inf. Theory 2, 1956, 135-139), with a rate per cell such that at most one
 record of noise in a hundred raises an alarm.
 """
 
@@ -16,19 +16,19 @@ from math import comb
 
 import numpy as np
 
-GUARD = 4  # cells beside the one looked at: the main lobe of the Blackman-Harris window
-REFERENCE = 24  # cells of noise to each side
-_FEWEST = 6  # of them at the lower end of the spectrum
-_NOISE_BANDWIDTH = 2.0  # of the window, bins: so many neighbouring cells count as one
-FIRST = 1 + _FEWEST + GUARD  # the lowest cell that is looked at
+GUARD = 4  # guard cells to each side of the cell under test: the main lobe of the Blackman-Harris window
+REFERENCE = 24  # reference cells of noise to each side
+_FEWEST = 6  # reference cells at the lower end of the spectrum
+_NOISE_BANDWIDTH = 2.0  # equivalent noise bandwidth of the window, bins: so many neighbouring cells count as one
+FIRST = 1 + _FEWEST + GUARD  # the lowest cell under test
 LAST = GUARD + REFERENCE  # cells at the upper end that serve as reference only
 
-WINDOWS, HITS = 8, 4  # a line stands out in 4 of 8 windows
-RECORD_RATE = 0.01  # false alarms a record of noise
+WINDOWS, HITS = 8, 4  # a line is detected in 4 of 8 windows
+RECORD_RATE = 0.01  # false alarms per record of noise
 
 
 def cell_rate(cells: int) -> float:
-    """False-alarm rate of a cell that keeps a map of `cells` cells of noise at `RECORD_RATE`.
+    """Return the false-alarm rate per cell for which a map of `cells` noise cells has the false-alarm rate `RECORD_RATE`.
 
     A hit may lie one cell to either side, and every window may begin a run of `WINDOWS`.
     """
@@ -46,11 +46,11 @@ def cell_rate(cells: int) -> float:
 
 @cache
 def multiplier(cells: int, rate: float) -> float:
-    """Threshold over the median of `cells` cells of exponential noise for a false-alarm rate (Rohling's formula)."""
+    """Return the threshold relative to the median of `cells` cells of exponential noise for a false-alarm rate (Rohling)."""
     independent = max(2, int(cells / _NOISE_BANDWIDTH))
     left = independent - np.arange((independent + 1) // 2)
     wanted, threshold = np.log(rate), 0.0
-    for _ in range(50):  # Newton's steps from below: the logarithm of the rate is convex and falls
+    for _ in range(50):  # Newton steps from below converge: the logarithm of the rate is convex and decreasing
         excess = np.sum(np.log(left / (left + threshold))) - wanted
         threshold += excess / np.sum(1 / (left + threshold))
         if excess < 1e-9:
@@ -59,7 +59,7 @@ def multiplier(cells: int, rate: float) -> float:
 
 
 def _noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Medians of the power to the left and to the right of each cell.
+    """Return the median power of the reference cells to the left and to the right of each cell.
 
     Parameters
     ----------
@@ -68,12 +68,12 @@ def _noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     Returns
     -------
     left, right : ndarray, shape (windows, cells - LAST - FIRST)
-        For the cells from `FIRST` on.
+        For the cells under test, from `FIRST` on.
     """
     cells = power.shape[1] - LAST - FIRST
     stride = 8  # a running median every eighth cell is enough
     view = np.lib.stride_tricks.sliding_window_view(power.astype(np.float32), REFERENCE, axis=1)[:, 1::stride]
-    running = np.repeat(np.median(view, axis=2), stride, axis=1)  # of the cells from 1 + k on
+    running = np.repeat(np.median(view, axis=2), stride, axis=1)  # column k: of the reference cells from 1 + k on
     target = FIRST + np.arange(cells)
     right = running[:, np.minimum(target + GUARD + stride - 1, running.shape[1] - 1)]
     begin = target - GUARD - REFERENCE - 1
@@ -84,20 +84,20 @@ def _noise_floor(power: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def detect(power: np.ndarray, rate: float) -> tuple[np.ndarray, np.ndarray]:
-    """Find the cells that stand out.
+    """Detect the cells that exceed the local noise, and estimate that noise.
 
     Parameters
     ----------
     power : ndarray, shape (windows, cells)
         NaN where a window could not be transformed.
     rate : float
-        False-alarm rate of a cell.
+        False-alarm rate per cell.
 
     Returns
     -------
     found : ndarray of bool, shape (windows, cells)
     floor : ndarray, shape (windows, cells)
-        Mean noise power beside each cell (NaN outside the cells that are looked at).
+        Mean noise power beside each cell (NaN outside the cells under test).
     """
     found, floor = np.zeros(power.shape, dtype=bool), np.full(power.shape, np.nan)
     if power.shape[1] <= FIRST + LAST + 1:

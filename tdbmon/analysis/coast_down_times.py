@@ -1,9 +1,8 @@
 """Coast-down times: when the speed has fallen to a half, and to a tenth, of that at the release.
 
-Where the record reaches that speed, the time is read off the means of the speed about it, without a law: a parabola in time
-goes through them, over as wide a band of speeds as it fits; where none fits, as at the end of a braking, the time lies between
-two means.  Beyond the record's end the chosen law is carried on; its interval then holds what laws of one term more leave
-possible.
+Where the record reaches that speed, the time is read from the mean speeds around it, without a drag law: a parabola in time is
+fitted to the widest band of speeds that it describes; if it describes none, as at the end of braking, the time lies between two
+means.  Beyond the end of the record the chosen law is extrapolated; the interval then covers the laws with one more term too.
 """
 
 from __future__ import annotations
@@ -23,26 +22,26 @@ from tdbmon.quantity import percent
 
 HALF, TENTH = 0.5, 0.1
 _MEASURED, _EXTRAPOLATED = "measured", "extrapolated by the chosen law"
-# of the speed that is looked for, to both sides: in the first a parabola is true to some 1e-5 of it
+# half-widths of the fitted band, relative to the speed sought: in the first a parabola is accurate to some 1e-5 of it
 _BANDS = (0.1, 0.05, 0.025, 0.0125)
 _BENT, _BENDS = (
     3.0,
     5e-4,
-)  # times the noise, and of the speed: what a parabola leaves where the course of the speed bends
+)  # residual of a parabola, over the noise and over the speed: a larger one shows a kink in the speed curve
 _EACH_SIDE = 5  # means at least, to each side of the crossing
-_FEWEST = 8  # in all, where the record ends soon after
-_SMOOTH = 5  # means whose median is compared with the speed looked for
+_FEWEST = 8  # means in all, if the record ends soon after
+_SMOOTH = 5  # means whose median is compared with the speed sought
 _DRAWS = 2000
 
 
 @dataclass(frozen=True)
 class CoastDownTimes:
-    """When the speed has fallen to a share of that at the release.
+    """Times at which the speed has fallen to a half and to a tenth of that at the release.
 
     Attributes
     ----------
     half, tenth : Estimate
-        From the record's first sample, s; without what is not known of the instant of the release.
+        From the record's first sample, s; the interval excludes the uncertainty of the release instant.
     """
 
     half: Estimate
@@ -50,7 +49,7 @@ class CoastDownTimes:
 
     @classmethod
     def missing(cls, why: str) -> CoastDownTimes:
-        """Neither is known, for this reason."""
+        """Return times both missing for the reason `why`."""
         return cls(Estimate.missing("s", why), Estimate.missing("s", why))
 
 
@@ -62,7 +61,7 @@ def how_told(time: Estimate) -> str:
 def coast_down_times(
     initial: Estimate, observed: Observed, laws: Sequence[LawFit], hidden: str, release: float, last: float
 ) -> CoastDownTimes:
-    """Return when the speed has fallen to a half and a tenth.
+    """Return when the speed has fallen to a half and to a tenth of that at the release.
 
     Parameters
     ----------
@@ -71,9 +70,9 @@ def coast_down_times(
     observed : Observed
         Means of the speed.
     laws : sequence of LawFit
-        The chosen law, then those of one term more; empty with a reason in `hidden`.
+        The chosen law, then those with one more term; empty with a reason in `hidden`.
     hidden : str
-        Why the law cannot be carried on beyond the record; empty where it can.
+        Why the law cannot be extrapolated beyond the record; empty if it can.
     release, last : float
         Release and end of the record, s.
     """
@@ -94,7 +93,7 @@ def coast_down_times(
 
 
 def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
-    """Return when the means fall below a speed, Hz, that is known to `sigma`; None where they do not show it."""
+    """Return when the means fall below the speed `wanted` of standard deviation `sigma`, Hz; None if they do not show it."""
     from scipy.ndimage import median_filter
 
     if len(after) < _FEWEST:
@@ -125,7 +124,7 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
 def _crossing(
     found: np.ndarray, left: np.ndarray, design: np.ndarray, wanted: float, sigma: float, middle: float, scale: float
 ) -> Estimate | None:
-    """Return when a parabola of coefficients `found`, which leaves `left`, falls below a speed; its unit of time is `scale`."""
+    """Return when a parabola of coefficients `found` and residual `left` falls below a speed; its unit of time is `scale`, s."""
     roots = np.roots(found - [0.0, 0.0, wanted])
     real = roots.real[np.abs(roots.imag) < 1e-9]
     if not real.size:
@@ -143,7 +142,7 @@ def _crossing(
 
 
 def _between(time: np.ndarray, smooth: np.ndarray, at: int, wanted: float, sigma: float) -> Estimate | None:
-    """Return when the speed falls below one known to `sigma` at a bend: between two means, and by the flatter of its sides."""
+    """Return when the speed falls below `wanted` at a kink: between two means, with the slope of the flatter side."""
     step = float(time[at] - time[at - 1])
     first, last = max(at - _EACH_SIDE, 0), min(at + _EACH_SIDE, len(time) - 1)
     sides = [(smooth[i] - smooth[k]) / (time[k] - time[i]) for i, k in ((first, at), (at, last)) if k > i]
@@ -157,12 +156,12 @@ def _between(time: np.ndarray, smooth: np.ndarray, at: int, wanted: float, sigma
 
 
 def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, release: float, last: float) -> Estimate:
-    """Return when the chosen law reaches a speed, Hz, that is known to `sigma`."""
+    """Return when the chosen law reaches the speed `wanted` of standard deviation `sigma`, Hz."""
     speeds = wanted + sigma * np.random.default_rng(21).standard_normal(_DRAWS)
     bounds = []
     for fit in laws:
         drawn = fit.draw(_DRAWS)
-        braking = (drawn[:, 1:] >= 0).all(axis=1)  # a term that drives the rotor is none of drag
+        braking = (drawn[:, 1:] >= 0).all(axis=1)  # a negative coefficient would drive the rotor
         if fit is laws[0] or braking.any():
             times = np.sort(fit.law.start + slowing_time(drawn[braking], speeds[braking]))
             if times.size:

@@ -1,4 +1,4 @@
-"""`tdbmon analyse`: it calls the library and writes; nothing is computed here."""
+"""Command `tdbmon analyse`: calls the library and writes the results; nothing is computed here."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def analyse(
     calibrated: Path | None,
     also: list[Path] | None,
 ) -> None:
-    """Analyse a record, fit the simulation where asked, and write what was asked for."""
+    """Analyse a record, fit the simulation on request, and write the requested files."""
     check_reports(report)
     check_suffix(calibrated)
     check_outputs([json_file, *(report or []), calibrated], [machine, record, *(also or [])])
@@ -63,7 +63,7 @@ def analyse(
             written.append(f"machine: {calibrated}")
     if json_file is not None:
         written += write_json(json_file, _content(result, fitted))
-    # before the figures: what was found is not lost with one that can't be drawn
+    # before the figures, so that the results are not lost if one cannot be drawn
     say([*lines, *written])
     draw_reports(report, lambda _: _document(result, fitted))
 

@@ -1,4 +1,4 @@
-"""When the shaft lies beyond the radius at which it touches its bearing."""
+"""Contacts as the time spans in which the shaft centre lies beyond the radius at which it touches its bearing."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-NOISE_S = 2e-4  # shorter gaps and stretches are noise
+NOISE_S = 2e-4  # shorter contacts and gaps between contacts are noise
 
 
 @dataclass(frozen=True)
 class Contact:
-    """One stretch of contact.
+    """One contact of the shaft with its bearing.
 
     Attributes
     ----------
@@ -22,7 +22,7 @@ class Contact:
     depth : float
         How far beyond the touching radius the shaft centre went, m.
     seen : bool
-        Whether it was seen throughout; else its touch or lift-off is not in the record, or much of it is missing.
+        Whether the record covers all of it; if not, its touch, its lift-off or much of it is missing.
     """
 
     start: float
@@ -33,18 +33,19 @@ class Contact:
 
 
 def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) -> tuple[Contact, ...]:
-    """Return the stretches beyond a level of the radius; gaps and stretches under 0.2 ms belong to their neighbours (noise).
+    """Return the contacts, which are time spans with the radius beyond a level.
 
-    They last from one crossing of the level to the next, not from sample to sample: a contact may have one sample only.
+    Gaps and spans under 0.2 ms are noise: the former are bridged, the latter dropped.  Spans last from one interpolated crossing
+    of the level to the next, since a contact may have one sample only.
 
     Parameters
     ----------
     t : (n,) array
-        s.
+        Time, s.
     d : (n, 2) array
         Displacement from the clearance centre, m.
     r : (n,) array
-        Its radius, m.
+        Its magnitude, m.
     level : float
         Radius at which the shaft touches, m.
     """
@@ -71,7 +72,7 @@ def contact_events(t: np.ndarray, d: np.ndarray, r: np.ndarray, level: float) ->
 
 
 def crossing(t: np.ndarray, r: np.ndarray, index: int, level: float) -> float:
-    """Return the instant, s, at which the radius r (n,), m, passes a level between index - 1 and index, linearly."""
+    """Return the instant, s, at which the radius r (n,), m, crosses a level between index - 1 and index, by interpolation."""
     if index <= 0 or index >= len(r):
         return float(t[min(max(index, 0), len(t) - 1)])
     share = (level - r[index - 1]) / (r[index] - r[index - 1])

@@ -1,7 +1,7 @@
-"""Contacts of the shaft with its touchdown bearing, seen in displacement alone: touch, lift-off, rebound, restitution.
+"""Contacts of the shaft with its touchdown bearing from displacement alone: touch, lift-off, rebound, restitution.
 
-The shaft touches where its centre reaches the air gap with the ring at rest in the bottom of its ball clearance, or in the middle
-of balls that are preloaded; that is the radius at rest less the elastic deflection under the weight.
+The shaft touches when its centre has crossed the air gap to the ring, which rests at the bottom of its ball clearance or, if the
+balls are preloaded, in the middle; that touching radius is the radius at rest less the elastic deflection under the weight.
 """
 
 from __future__ import annotations
@@ -18,31 +18,32 @@ from tdbmon.analysis.missing_stretches import MissingStretches
 from tdbmon.analysis.rest import RestTravel
 from tdbmon.estimate import Z95, Estimate
 
-# Fitted to an arc at the bottom, radius and height of the centre err alike (correlation 0.99 on the shipped records).  Along a
-# contact most of it cancels: of both errors added as independent ones 0.2 are left at the bottom, 0.6 a quarter turn from it.
+# Fraction of the circle's errors that remains in the touching radius.  Fitted to an arc at the bottom, radius and height of the
+# centre have correlated errors (0.99 on the shipped records), which mostly cancel along a contact: of their root sum of squares
+# 0.2 remains at the bottom, 0.6 a quarter turn from it.
 _OF_CIRCLE = 0.5
-# Of the deflection at rest, standard deviation: the shaft comes back to a ring that still moves.  In 24 simulated drops with
-# values anywhere in the tolerances of the shipped machine all 45 first touches lay within the interval, and of 473 later ones
-# 83 %.
+# Standard deviation relative to the deflection at rest: the shaft returns to a ring that still moves.  In 24 simulated drops with
+# values anywhere within the tolerances of the shipped machine, all 45 first touches lay within the interval, and 83 % of 473
+# later ones.
 _OF_DEFLECTION = 0.3
-_FIRST_S = 0.05  # for fall and first contact: a shaft that does not bounce counts as settled before that is over
+_FIRST_S = 0.05  # searched at least, for fall and first contact: a shaft that does not bounce counts as settled before they end
 
 
 @dataclass(frozen=True)
 class Contacts:
-    """All contacts of an end up to the time from which it stays on the ring.
+    """All contacts of an end until it stays on the ring.
 
     Attributes
     ----------
     first : FirstContact or None
     events : tuple of Contact
-        Those seen.
+        Observed contacts.
     count_low, count_high : int
-        How many the level's uncertainty makes of them.
+        Bounds of their number for the uncertainty of the touching radius.
     hidden : str
-        Which samples are missing where more contacts may lie; "" where none are.
+        Which missing samples may hide more contacts; "" if none do.
     why : str
-        Why the first of them is not known to be the first contact; "" where it is.
+        Why the first of `events` may not be the first contact; "" if it is.
     """
 
     first: FirstContact | None
@@ -54,7 +55,7 @@ class Contacts:
 
     @property
     def count(self) -> Estimate:
-        """How many there were before the shaft settled; missing where some of them may not have been seen."""
+        """Number of contacts before the shaft settled; missing if some may be unobserved."""
         if self.hidden:
             return Estimate.missing("1", f"{self.hidden}, and there more contacts may lie")
         if self.why or not self.events:
@@ -85,13 +86,13 @@ def find_contacts(
     travel : RestTravel
         Deflection at rest.
     play : float
-        What of the travel is without force, m: `tdbsim.machine.Balls.play`.
+        Force-free part of the travel, m: `tdbsim.machine.Balls.play`.
     release_s : float
         The release, s.
     gravity : float
         m/s^2.
     late : str, optional
-        Why the first contact seen may not be the first, where the record begins after the release.
+        Why the first observed contact may not be the first, if the record begins after the release.
     """
     time = planes.time.to_numpy()
     xy = planes.displacement.sel(end=end).to_numpy().T
@@ -121,7 +122,7 @@ def find_contacts(
             events = (replace(events[0], seen=False), *events[1:])
         return Contacts(None, events, low, high, hidden, late)
     touched = events[0].start if events else np.inf
-    before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # in that stretch itself it touches
+    before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # without a gap that holds the touch itself
     if before:
         return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
     first = first_contact(t, d, r, events, lost, touching, gap.size, sigma_level, gravity) if events else None

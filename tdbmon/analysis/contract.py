@@ -1,4 +1,4 @@
-"""The JSON of an analysis.  Names are a contract: they are added to, never renamed."""
+"""JSON form of an analysis.  Its names are a contract: new ones may be added, but none is ever renamed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NO_MODEL = "needs the simulation fitted to the record (tdbmon analyse --forces)
 
 
 def analysis_json(analysis: Analysis) -> dict[str, Any]:
-    """Return an analysis as plain dictionaries, lists, numbers and texts; quantities carry their unit and interval."""
+    """Return an analysis as plain dictionaries, lists, numbers and strings; quantities include unit and interval."""
     release = analysis.release
     no_release = "no release was found in the record"
     ends = {name: analysis.ends.get(name) or _unseen(name, analysis) for name in analysis.machine.ends}
@@ -87,7 +87,7 @@ def _record(analysis: Analysis) -> dict[str, Any]:
 
 
 def _state(release: Release | None, end: str, held: str) -> dict[str, Any]:
-    """Return place and velocity of an end at the release; of one that is `held` there is none."""
+    """Return position and velocity of an end at the release; missing if the end was `held` in levitation."""
     state = release.states.get(end) if release else None
     why = held or f"no orbit is seen at {end} about the release" if release else "no release was found in the record"
     return {
@@ -99,7 +99,7 @@ def _state(release: Release | None, end: str, held: str) -> dict[str, Any]:
 
 
 def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
-    """Return how the shaft stood and moved before the release, and the zone of ISO 14839-2."""
+    """Return position and orbit of the shaft at an end before the release, and the zone of ISO 14839-2."""
     found = analysis.levitation.get(end) or unknown("no orbit is seen there before a release")
     return {
         "x_um": found.x.to_json(),
@@ -113,7 +113,7 @@ def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
 
 
 def _unseen(end: str, analysis: Analysis) -> EndResult:
-    """Return the result of an end where the record shows no orbit at all."""
+    """Return the result of an end without an orbit in the record."""
     found = next(
         (c.detail for c in analysis.checks if c.check == "orbit" and not (c.passed and c.channel)),
         f"no orbit is seen at {end}",
@@ -192,19 +192,19 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
 
 
 def _contacts(count: Estimate) -> dict[str, Any]:
-    """Return the number of contacts, which was a bare number from the first and stays one."""
+    """Return the number of contacts, as plain numbers for compatibility."""
     bounds = {"contacts": count.value, "contacts_low": count.low, "contacts_high": count.high}
     return {name: None if n is None else int(n) for name, n in bounds.items()} | {"contacts_why": count.why or None}
 
 
 def _any(found: Iterable[bool | None]) -> bool | None:
-    """Return whether one is true; None where none is, but one is not known."""
+    """Return whether any is true; None if none is, but one is unknown."""
     known = list(found)
     return True if any(known) else None if None in known else False
 
 
 def _whirl(analysis: Analysis) -> dict[str, Any]:
-    """Return whether the shaft whirled, null where the record shows no orbit."""
+    """Return whether and where the shaft whirled; null if the record shows no orbit."""
     whirls, unseen = analysis.whirl, analysis.planes is None
     return {
         "backward": None if unseen else _any(w.backward for w in whirls.values()),

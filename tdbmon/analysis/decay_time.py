@@ -1,4 +1,4 @@
-"""The decay time of a run-down: that of its law's linear term, as far as the record lets it be known."""
+"""Decay time of a run-down, which is that of the linear term of its drag law, with its uncertainty."""
 
 from __future__ import annotations
 
@@ -13,12 +13,15 @@ from tdbmon.analysis.speed_model import term_of
 from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 
-# of a constant drag: so much of it may come or go from the fastest speed to rest (0.23 on the rig's records)
+# relative change that a nominally constant drag may have between the highest speed and rest (0.23 on the rig's records)
 _STEADY = 0.5
 
 
 def decay_time_of(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -> Estimate:
-    """The chosen law's; in a short stretch the drag of the bearings hides in it, and levitation bounds what it hides."""
+    """Return the decay time of the chosen law.
+
+    In a short stretch it is confounded with the drag of the bearings; the levitated run-down then bounds it.
+    """
     if levitated is None and is_short(stretch):
         return Estimate.missing("s", HIDDEN)
     tau = term_of(chosen, "linear", lambda b: 1 / b, "s")
@@ -31,17 +34,17 @@ def decay_time_of(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -
 
 
 def richer_than(candidates: list[Candidate], chosen: Candidate) -> list[LawFit]:
-    """Return the fits of the laws that have one term more than the chosen one."""
+    """Return the fits of the laws that extend the chosen one by one term."""
     terms = set(chosen.fit.terms)
     return [c.fit for c in candidates if terms < set(c.fit.terms) and len(c.fit.terms) == len(terms) + 1]
 
 
 def widened_by_law(decay: Estimate, candidates: list[Candidate], chosen: Candidate, stretch: Coast) -> Estimate:
-    """Widen the interval of a decay time by what is not known of the law.
+    """Widen the interval of a decay time by the uncertainty of the drag law.
 
-    In a long record to what laws of one term more leave possible, since a drag that is too weak to be told takes its share of
-    the linear term all the same, and by a constant drag that is not quite constant.  In a short one rings that slip so little
-    that it passes for coasting may add to the drag.
+    In a long record it then covers laws with one more term, since a drag too weak to be detected still takes its share of the
+    linear term, and a constant drag that changes with the speed.  In a short one, slip of the rings too slight to be detected
+    may add to the drag.
     """
     if decay.value is None or decay.low is None or decay.high is None:
         return decay

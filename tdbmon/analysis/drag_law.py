@@ -1,4 +1,4 @@
-"""The law by which drag slows a rotor, and its least-squares fit to a stretch of record.
+"""Drag law of a coasting rotor, and its least-squares fit to a stretch of record.
 
 ω' = −(a + b ω + q ω²) with ω in Hz: a is dry friction (Coulomb), b = 1/τ viscous drag and windage, q turbulent windage.
 With ω = x/y it is the linear system x' = −(b/2) x − a y, y' = q x + (b/2) y, whose matrix squares to (b²/4 − a q) times
@@ -15,14 +15,14 @@ import numpy as np
 from tdbmon.analysis.autoregression import Noise
 
 TERMS = ("linear", "constant", "quadratic")
-_NODE = 0.5 / np.sqrt(3.0)  # Gauss-Legendre, two points: the error over a span h is of order (b h)^4
+_NODE = 0.5 / np.sqrt(3.0)  # two-point Gauss-Legendre quadrature: the error over a span h is of order (b h)^4
 
 
 def slowing_time(rows: np.ndarray, slower: np.ndarray | float) -> np.ndarray:
-    """Time from the speed to a slower one, Hz, of laws (n, 4): speed, linear, constant and quadratic coefficient.
+    """Return the time, s, in which laws (n, 4) of speed, linear, constant and quadratic term slow a rotor to a lower speed, Hz.
 
-    With z = (ω₀ − ω₁)/(a + b (ω₀ + ω₁)/2 + q ω₀ ω₁) and r² = b²/4 − a q it is artanh(r z)/r, artan for negative r²; infinite
-    where the drag is nought before that speed.
+    With z = (ω₀ − ω₁)/(a + b (ω₀ + ω₁)/2 + q ω₀ ω₁) and r² = b²/4 − a q it is artanh(r z)/r, or arctan for negative r²;
+    infinite if the drag vanishes before that speed.
     """
     speed, linear, constant, quadratic = rows.T
     root2 = 0.25 * linear**2 - constant * quadratic
@@ -39,7 +39,7 @@ def slowing_time(rows: np.ndarray, slower: np.ndarray | float) -> np.ndarray:
 
 @dataclass(frozen=True)
 class DragLaw:
-    """The speed of a rotor that only drag acts on.
+    """Speed of a coasting rotor, on which only drag acts.
 
     Attributes
     ----------
@@ -48,7 +48,7 @@ class DragLaw:
     speed : float
         Hz, positive.
     linear, constant, quadratic : float
-        b in 1/s, a in Hz/s, q dimensionless (share of the speed lost a revolution).
+        b in 1/s, a in Hz/s, q dimensionless (fraction of the speed lost per revolution).
     """
 
     start: float
@@ -59,16 +59,16 @@ class DragLaw:
 
     @property
     def standstill(self) -> float:
-        """Time at which the rotor stops, s; infinite where the law has no constant drag."""
+        """Time at which the rotor stops, s; infinite if the law has no constant drag."""
         return self.slowed_to(0.0) if self.constant > 0 else float("inf")
 
     def slowed_to(self, slower: float) -> float:
-        """Time at which the speed has fallen to a slower one, Hz, s; infinite where it does not fall so far."""
+        """Return the time, s, at which the speed has fallen to a lower one, Hz; infinite if it never does."""
         row = np.array([[self.speed, self.linear, self.constant, self.quadratic]])
         return self.start + float(slowing_time(row, slower)[0])
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
-        """Speed, Hz, at times of any shape, s; zero after standstill."""
+        """Return the speed, Hz, at times of any shape, s; zero after standstill."""
         t = np.asarray(time, dtype=float) - self.start
         root2 = 0.25 * self.linear**2 - self.constant * self.quadratic
         root = np.sqrt(abs(root2))
@@ -77,25 +77,25 @@ class DragLaw:
             cosine, sine = np.ones_like(t), t
         elif root2 < 0:
             cosine, sine = np.cos(root * t), np.sin(root * t) / root
-        else:  # both scaled by exp(-|root t|): only their ratio counts, and it must not overflow
+        else:  # both scaled by exp(-|root t|) to avoid overflow: only their ratio counts
             fade = np.exp(-2 * root * np.abs(t))
             cosine, sine = 0.5 * (1 + fade), 0.5 * np.sign(t) * (1 - fade) / root
         half = 0.5 * self.linear * sine
         over = self.speed * (cosine - half) - self.constant * sine
         under = cosine + half + self.quadratic * self.speed * sine
-        moving = np.maximum(over, 0.0) / np.maximum(under, 1e-4)  # bounds the speed of a law that drives the rotor
-        return moving if root2 >= 0 else np.where(time < self.standstill, moving, 0.0)  # the sine would come back
+        moving = np.maximum(over, 0.0) / np.maximum(under, 1e-4)  # bounded if the law drives the rotor
+        return moving if root2 >= 0 else np.where(time < self.standstill, moving, 0.0)  # the sine turns positive again
 
     def mean_between(self, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
-        """Mean speed, Hz, over spans of time (n,)."""
+        """Return the mean speed, Hz, over spans of time (n,), s."""
         middle, reach = 0.5 * (begin + end), _NODE * (end - begin)
         both = self.speed_at(np.concatenate([middle - reach, middle + reach]))
         return 0.5 * (both[: len(middle)] + both[len(middle) :])
 
     def sensitivity(self, begin: np.ndarray, end: np.ndarray, terms: tuple[str, ...]) -> np.ndarray:
-        """Derivatives of the mean speed over successive spans (n,) by the speed at `start` (= begin[0]) and terms, (n, k).
+        """Return derivatives (n, k) of the mean speed over spans (n,) by the speed at `start` (= begin[0]) and the terms.
 
-        Of ω' = −f(ω): ∂ω/∂ω₀ = f(ω)/f(ω₀) and ∂ω/∂p = −f(ω) ∫ (∂f/∂p)/f dt, by the trapezoidal rule over the spans.
+        From ω' = −f(ω): ∂ω/∂ω₀ = f(ω)/f(ω₀) and ∂ω/∂p = −f(ω) ∫ (∂f/∂p)/f dt, by the trapezoidal rule over successive spans.
         """
         middle = 0.5 * (begin + end)
         speed = self.speed_at(np.append(self.start, middle))
@@ -110,14 +110,14 @@ class DragLaw:
         return np.column_stack(columns)
 
     def deceleration(self, speed: np.ndarray | float) -> np.ndarray:
-        """Loss of speed, Hz/s, at speeds of any shape, Hz."""
+        """Return the deceleration, Hz/s, at speeds of any shape, Hz."""
         w = np.asarray(speed, dtype=float)
         return self.constant + self.linear * w + self.quadratic * w**2
 
 
 @dataclass(frozen=True)
 class Coast:
-    """Mean speeds over successive spans of time: averaged blocks of a speed signal, or the turns between pulses.
+    """Mean speeds over successive spans of time: averaged blocks of a speed signal, or revolutions between pulses.
 
     Attributes
     ----------
@@ -126,9 +126,9 @@ class Coast:
     mean : ndarray (n,)
         Mean speed over them, Hz.
     pulsed : bool
-        True where turns are timed by pulses: then the errors are those of the pulse times, and do not add up.
+        True if revolutions are timed by pulses: then the errors are those of the pulse times, and do not accumulate.
     offset_sigma : float
-        Standard deviation of the zero of a speed signal, Hz: how well it is known from the rotor at rest.
+        Standard deviation of the zero offset of a speed signal, Hz, as determined from the rotor at rest.
     """
 
     begin: np.ndarray
@@ -143,15 +143,15 @@ class Coast:
         return 0.5 * (self.begin + self.end)
 
     def at(self, some: np.ndarray | slice) -> Coast:
-        """Return some of the spans."""
+        """Return the selected spans."""
         return replace(self, begin=self.begin[some], end=self.end[some], mean=self.mean[some])
 
     def between(self, low: float, high: float) -> Coast:
-        """Spans that lie wholly between two times."""
+        """Return the spans that lie entirely between two times, s."""
         return self.at((self.begin >= low - 1e-9) & (self.end <= high + 1e-9))
 
     def grouped(self, size: int) -> Coast:
-        """Return the means over so many successive spans each; what is left over at the end is left out."""
+        """Return means over groups of `size` successive spans, without an incomplete group at the end."""
         whole = len(self) // size * size
         first, last = slice(0, whole, size), slice(size - 1, whole, size)
         mean = self.mean[:whole].reshape(-1, size).mean(axis=1)
@@ -161,7 +161,7 @@ class Coast:
         return len(self.mean)
 
     def measured(self, mean: np.ndarray) -> np.ndarray:
-        """Turn a change of mean speed (n, ...), Hz, into one of the quantity that was measured: Hz, or s of pulse time."""
+        """Convert a change of mean speed (n, ...), Hz, to one of the measured quantity: speed, Hz, or pulse times, s."""
         if not self.pulsed:
             return mean
         span, weight = self.end - self.begin, 1 / self.mean
@@ -170,7 +170,7 @@ class Coast:
         return np.cumsum(mean * span, axis=0) * weight
 
     def zero(self) -> np.ndarray | None:
-        """Change of the measured quantity by what is not known of its zero: the first pulse, or the signal's offset."""
+        """Return the derivative of the measured quantity by its zero (first pulse, or offset); None if that is known."""
         if self.pulsed:
             return 1.0 / self.mean
         return np.full(len(self), self.offset_sigma) if self.offset_sigma else None
@@ -178,7 +178,7 @@ class Coast:
 
 @dataclass(frozen=True)
 class LawFit:
-    """A law with a given set of terms, fitted to a coast.
+    """Drag law with a given set of terms, fitted to a coast-down.
 
     Attributes
     ----------
@@ -189,10 +189,10 @@ class LawFit:
     covariance : ndarray (k, k)
         Of the speed at `law.start` and the terms, in this order.
     residual : ndarray (n,)
-        Misfit, Hz or s (see `Coast.measured`).
+        Residual, Hz or s (see `Coast.measured`).
     white, sensitivity : ndarray (m,), (m, j)
-        Whitened misfit, and its whitened derivatives by the parameters (the zero last; see `Coast.zero`).  Where the zero
-        is known within limits, the last row says so.
+        Whitened residual, and its Jacobian by the parameters (the zero last; see `Coast.zero`).  If the zero has a prior,
+        that is the last row.
     measured : int
         Number of rows that are data.
     """
@@ -212,17 +212,17 @@ class LawFit:
 
     @property
     def bic(self) -> float:
-        """Schwarz' criterion, for comparison between fits that share data and noise."""
+        """Bayesian information criterion (Schwarz), for comparison between fits to the same data with the same noise."""
         n = len(self.white)
         return float(n * np.log(max(self.white @ self.white, 1e-300) / n) + self.parameters * np.log(n))
 
     def sigma(self, term: str) -> float:
-        """Standard deviation of a term."""
+        """Return the standard deviation of the coefficient of a term."""
         i = 1 + self.terms.index(term)
         return float(np.sqrt(max(self.covariance[i, i], 0.0)))
 
     def draw(self, count: int) -> np.ndarray:
-        """Draw laws from the fit's distribution (same draws every time), as `slowing_time` takes them, (count, 4)."""
+        """Return laws (count, 4) as for `slowing_time`, drawn from the fit's normal distribution with a fixed seed."""
         centre = [self.law.speed, *(getattr(self.law, term) for term in self.terms)]
         drawn = np.random.default_rng(20).multivariate_normal(centre, self.covariance, count, method="eigh")
         rows = np.zeros((count, 4))
@@ -230,7 +230,7 @@ class LawFit:
         return rows
 
     def speed_sigma(self, time: float) -> float:
-        """Standard deviation of the fitted speed at a time, Hz."""
+        """Return the standard deviation of the fitted speed, Hz, at a time, s."""
         step = 1e-3 * np.sqrt(np.maximum(np.diag(self.covariance), 0.0)) + 1e-15
         slope = [
             float(
@@ -248,7 +248,7 @@ def _moved(law: DragLaw, terms: tuple[str, ...], i: int, step: float) -> DragLaw
 
 
 def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw | None = None) -> LawFit:
-    """Fit a law to a coast by least squares on whitened misfits; signs are free.
+    """Fit a drag law to a coast-down by least squares on whitened residuals; coefficients may become negative.
 
     Parameters
     ----------
@@ -259,7 +259,7 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
     noise : Noise
         Of the measured quantity.
     guess : DragLaw, optional
-        Where to start from.
+        Start of the iteration.
     """
     from scipy.optimize import leastsq
 
@@ -272,7 +272,7 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
     rate = {"linear": share / top, "constant": share, "quadratic": share / top**2}
     begin = [first.speed, *((getattr(guess, term) if guess else 0.0) or rate[term] for term in terms)]
     zero, k = coast.zero(), len(scale)
-    prior = zero is not None and not coast.pulsed  # the offset is known within its sigma: one more observation
+    prior = zero is not None and not coast.pulsed  # the offset has a prior of its sigma: one more observation
 
     def law_of(p: np.ndarray) -> DragLaw:
         return DragLaw(start, float(p[0] * top), **dict(zip(terms, (p * scale)[1:].tolist(), strict=True)))
@@ -293,7 +293,7 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
         return np.vstack([out, -np.eye(k + 1)[k]]) if prior else out
 
     p0 = np.append(np.array(begin) / scale, np.zeros(0 if zero is None else 1))
-    with np.errstate(over="ignore"):  # in a covariance of its own, which is not used, where the speed is steady
+    with np.errstate(over="ignore"):  # leastsq's own covariance, which is not used, may overflow for a steady speed
         p, *_ = leastsq(white, p0, Dfun=slopes, xtol=1e-8, ftol=1e-7, maxfev=100, full_output=True)
     sensitivity = slopes(p)
     covariance = np.linalg.pinv(sensitivity.T @ sensitivity)[:k, :k] * np.outer(scale, scale)
@@ -301,7 +301,7 @@ def fit_law(coast: Coast, terms: tuple[str, ...], noise: Noise, guess: DragLaw |
 
 
 def _guess(coast: Coast) -> DragLaw:
-    """An exponential through the upper part of the curve: weighted straight line through the logarithm."""
+    """Return an exponential fitted to the upper part of the curve: weighted straight line through the logarithm of the speed."""
     head = float(np.median(coast.mean[: max(1, len(coast) // 50)]))
     use = coast.mean > 0.1 * abs(head)
     if np.count_nonzero(use) < 3:

@@ -1,8 +1,8 @@
-"""Swings in the clearance that are no lines, since their frequency moves: with their amplitude, and with each other's.
+"""Swings in the clearance whose frequency drifts too much for a spectral line, as it depends on the amplitudes of both swings.
 
-A line keeps its cell of the spectra against time (see `lines`).  A strong swing need not: after a drop the conical one may climb
-by a tenth while it decays.  What the lines lack of the swings that the drawing lets expect is followed in their bands from
-window to window: what stands out there by the same rule (`cfar`), along the horizontal, in which a swing moves.
+A line stays in its cell of the spectra against time (see `lines`).  A strong swing need not: after a drop the frequency of the
+conical one may rise by a tenth while it decays.  Predicted swings missing among the lines are tracked in their frequency bands
+from window to window: detections by the same rule (`cfar`) in the horizontal displacement, the direction of a swing.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ from tdbmon.analysis.lines import Line
 from tdbmon.analysis.ridge import Spectra, peak_place
 from tdbmon.estimate import Estimate
 
-_NEAR = 3.0  # cells: so near to an order of the speed, or to a line, a peak is not the swing's
-_STEP, _GAP = 2, 3  # cells that it moves from one window to the next at most; windows without it that end it
-_ORDERS = (1.0, 2.0)  # that may cross a swing's band and be as strong
-_STRONG = 0.05  # of the strongest peak of all: below, what stands out may be mains, or another line that was not told
+_NEAR = 3.0  # cells: a peak so near to an order of the speed, or to a line, is not attributed to a swing
+_STEP, _GAP = 2, 3  # greatest move from window to window, cells; windows without a detection that end a track
+_ORDERS = (1.0, 2.0)  # orders that may cross a swing's band at similar amplitude
+_STRONG = 0.05  # of the amplitude of the strongest peak: a weaker one may be mains or another undetected line
 _METHOD = "spectra against time, place between the cells of a window"
 _MOVING = "no interval: it moves within a window"
 _AMPLITUDE = (
@@ -31,20 +31,20 @@ _AMPLITUDE = (
 
 @dataclass(frozen=True)
 class DriftingSwing:
-    """A swing whose frequency moves.
+    """A swing whose frequency drifts.
 
     Attributes
     ----------
     name : str
         "swing 1" (the lower one) or "swing 2".
     end : str
-        Where it is greater.
+        End with the greater amplitude.
     lowest, highest : Estimate
-        Between which its frequency moves, Hz.
+        Range of its frequency, Hz.
     amplitude : Estimate
         Along the horizontal, 0-pk, m.
     first_s, last_s : float
-        Middle of the first and of the last window in which it stands out, s.
+        Middle of the first and of the last window in which it is detected, s.
     """
 
     name: str
@@ -57,7 +57,7 @@ class DriftingSwing:
 
 
 def lacking_swings(expected: Sequence[Band], lines: Sequence[Line]) -> list[Band]:
-    """Return the bands of the swings that are not among the lines."""
+    """Return the bands of the swings that are missing among the lines."""
     told = {line.name for line in lines}
     return [band for band in expected if band.swing and band.name not in told]
 
@@ -65,18 +65,18 @@ def lacking_swings(expected: Sequence[Band], lines: Sequence[Line]) -> list[Band
 def drifting_swings(
     spectra: Spectra, ends: Sequence[str], bands: Sequence[Band], lines: Sequence[Line]
 ) -> tuple[DriftingSwing, ...]:
-    """Find the swings of some bands that are no lines.
+    """Find the drifting swings in some frequency bands, each at the end where it is stronger.
 
     Parameters
     ----------
     spectra : Spectra
         Against time.
     ends : sequence of str
-        Of its first axis.
+        Names along its first axis.
     bands : sequence of Band
-        Of `lacking_swings`.
+        From `lacking_swings`.
     lines : sequence of Line
-        What was found; a peak near one of constant frequency is no swing's.
+        Detected lines; a peak near one of constant frequency is not attributed to a swing.
     """
     steady = [line.frequency.value for line in lines if line.kind != "order" and line.frequency.value is not None]
     rate = cfar.cell_rate(spectra.coefficients.size)
@@ -94,7 +94,7 @@ def drifting_swings(
 
 
 def _free(spectra: Spectra, steady: Sequence[float]) -> np.ndarray:
-    """Return the cells (window, cell) that lie neither near an order of the speed nor near a line."""
+    """Return the mask (window, cell) of cells that are neither near an order of the speed nor near a line."""
     cells = np.arange(spectra.coefficients.shape[-1]) * spectra.resolution
     free = np.ones(spectra.coefficients.shape[2:], dtype=bool)
     for place in steady:
@@ -113,7 +113,7 @@ def _followed(
     band: Band,
     end: str,
 ) -> DriftingSwing | None:
-    """Follow the strongest peak of a band to both sides in time; None where it does not stand out in 4 of 8 windows."""
+    """Track the strongest peak of a band forward and backward in time; None if it is not detected in 4 of 8 windows."""
     name, low, high, _ = band
     cells = np.arange(power.shape[1]) * spectra.resolution
     here = np.where(found & (cells >= low) & (cells <= high), power, 0.0)

@@ -1,4 +1,4 @@
-"""What each end of a record shows: clearance, contacts, single-mass stiffness, deepest excursion."""
+"""Results of each end of the shaft: clearance, contacts, single-mass stiffness, deepest excursion."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from tdbmon.record.misread import FEW
 from tdbmon.record.quality import LeftOut
 
 _WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
-_AT_ONCE_S = 0.01  # no time to rest
+_AT_ONCE_S = 0.01  # whirl that stops so shortly before the record ends counts as lasting to its end
 _OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see stays down)"
@@ -51,7 +51,7 @@ def analyse_ends(
     held: Mapping[str, str],
     unscaled: str,
 ) -> tuple[dict[str, EndResult], Swing | None]:
-    """Return what each end shows, and the swing that both share.
+    """Return the result of each end, and the swing that both share.
 
     Parameters
     ----------
@@ -60,21 +60,21 @@ def analyse_ends(
     machine : Machine
     rotor : RotorModel
     released : float or None
-        s; None where the record does not hold the release: then from its first sample on.
+        Instant of the release, s; None if it is not in the record, which is then analysed from its first sample on.
     back : mapping
-        What `tdbmon.analysis.returned.returned` says of each end.
+        Result of `tdbmon.analysis.returned.returned` for each end.
     checks : list of Check
-        Gets whether the radius from the arc is that from the swing.
+        Further checks are appended: radius from arc and swing, load on the ring, machine file against record.
     whirl : mapping
-        Whirl of the ends that are seen: pressed by its own swing, the shaft lies deeper than at rest, and settles after it only.
+        Whirl of the visible ends: a whirling shaft is pressed deeper than at rest, and settles only afterwards.
     misread : mapping
-        What `tdbmon.record.misread.misread` says of the probes.
+        Result of `tdbmon.record.misread.misread`.
     unused : mapping
-        What `tdbmon.record.quality.left_out` says of the probes.
+        Result of `tdbmon.record.quality.left_out`.
     held : mapping
-        What `tdbmon.record.held_end.said_held` says of each end that stayed levitated.
+        Result of `tdbmon.record.held_end.said_held` for each end that stayed levitated.
     unscaled : str
-        Why times after the release are not told, where they are on a wrong scale; "" else.
+        Why times after the release are withheld, if their scale may be wrong; "" otherwise.
     """
     loads = static_loads(machine, rotor)
     start = float(planes.time[0]) if released is None else released
@@ -130,7 +130,7 @@ def analyse_ends(
 
 
 def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whirl: Whirl) -> float | NoCircle:
-    """Return from when the shaft lies on the ring of an end and whirls no more, s."""
+    """Return the time from which the shaft stays on the ring of an end without whirl, s, or why there is none."""
     if falling := ends_in_fall(planes, end, machine, start):
         return NoCircle(falling)
     settled = settled_from(planes, end, machine.bearing(end).radial_gap.nominal, start=start)
@@ -150,9 +150,9 @@ def _lies_from(planes: xr.Dataset, end: str, machine: Machine, start: float, whi
 def _swing(
     planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled: Mapping[str, float | NoCircle]
 ) -> tuple[Swing | None, str]:
-    """Return the swing from when both ends lie, or why there is none.
+    """Return the swing after both ends have settled, or why there is none.
 
-    Along the rigid line only, as one end at its probes would reshape it.
+    Only with both ends evaluated at the bearing planes, as an end taken at its probe plane would distort the mode shape.
     """
     times = []
     for end in machine.ends:
@@ -180,9 +180,9 @@ def _no_circle(
     back: Mapping[str, str],
     misread: Mapping[str, str],
 ) -> dict[str, NoCircle]:
-    """Return the ends that are seen whose readings tell no circle wherever the shaft settles, and why.
+    """Return the visible ends whose readings allow no circle wherever the shaft settles, and why.
 
-    Readings out of range explain why it seems not to lie or not to settle, and so come before.
+    Readings out of range explain why the shaft seems not to stay down or not to settle, and so take precedence.
     """
     found = {}
     for end in seen:
@@ -197,13 +197,13 @@ def _no_circle(
 
 
 def _unseen(machine: Machine, end: str, unused: Mapping[str, LeftOut]) -> str:
-    """Say why an end has no orbit."""
+    """Return the reason why an end has no orbit."""
     why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
     return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
 
 
 def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:
-    """Return the circle of an end, and check its radius by the swing: where they disagree, neither is known to be right."""
+    """Check the circle of an end against the swing, and return it; if the radii disagree neither is trusted: no circle."""
     if isinstance(circle, NoCircle) or circle.agrees is None or swing is None:
         return circle
     detail = f"radius {printed(circle.from_arc)} from the arc, {printed(swing)} from the swing"
@@ -216,7 +216,7 @@ def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: li
 
 
 def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
-    """Say that the peaks cut off leave no circle to fit: what is left of the arc lies too near; "" where they are few."""
+    """Return why clipping leaves no circle to fit (it removes the deepest part of the arc); "" if few samples are clipped."""
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
     if share <= FEW:
         return ""
@@ -224,7 +224,7 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
 
 
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) -> Estimate:
-    """Radial air gap: the radius at rest less ball clearance and deflection; missing where nothing would be left of it."""
+    """Return the radial air gap: radius at rest less ball clearance and deflection; missing if that is not positive."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
     sigma = float(np.hypot(gap.radius.apart.sigma or 0.0, travel.sigma))
@@ -241,14 +241,14 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
 
 
 def _stiffness(contacts: Contacts | None, no_air_gap: str, mass: float) -> Estimate:
-    """Single-mass stiffness of the first contact of an end that carries a mass, kg; none where no contact can be told."""
+    """Return the single-mass stiffness of the first contact of an end that carries a mass, kg; missing without contacts."""
     if contacts is None:
         return Estimate.missing("N/m", no_air_gap)
     return Estimate.missing("N/m", contacts.why) if contacts.why else single_mass_stiffness(contacts.first, mass)
 
 
 def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, contacts: Contacts | None) -> Estimate:
-    """Largest excursion from the clearance centre after the release."""
+    """Return the largest excursion from the clearance centre after the release."""
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
     if planes.cut_off.sel(end=end, time=slice(start, None)).any():
@@ -267,9 +267,9 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
 def _bent(
     deepest: Estimate, gap: Gap | None, bearing: TouchdownBearing, travel: RestTravel, load: float, beyond: float
 ) -> Estimate:
-    """Widen the largest excursion by how far the rigid line through the probes may pass the shaft, which the blow bends.
+    """Widen the interval of the largest excursion by the error of the rigid line for a shaft bent by the impact.
 
-    `beyond` : m, by how much the line lies below the shaft at rest.
+    `beyond` : how far the line lies below the shaft at rest, m.
     """
     if deepest.value is None or deepest.low is None or deepest.high is None or gap is None:
         return deepest

@@ -1,4 +1,4 @@
-"""Two probes whose cables are exchanged between the ends: neither end then moves on a circle, and both do once put back."""
+"""Detection of probe cables exchanged between the ends: neither end then moves on a circle, but both do once exchanged back."""
 
 from __future__ import annotations
 
@@ -12,19 +12,21 @@ from tdbsim.machine import Machine
 from tdbmon.analysis.axes import to_planes
 from tdbmon.record.finding import Check, um
 
-_SETTLED_S, _LONG_S, _WITHIN_S = 0.2, 0.25, 2.0  # after the release: bounces are over; what is looked at, and by when
-_SAMPLES = 4000  # of it: enough for a circle
-_CLEARLY = 2.0  # times nearer to circles at both ends; sound records stay below 0.9, exchanged ones lie above 3
-_FITS = 0.04  # of the gap: so near to its circle a settled shaft stays by the median
-_ROUND = (0.5, 2.0)  # of the gap: radius of a circle that is that of the clearance
-_ROUNDS = 8  # of the reweighting
+# s: end of the bounces after the release; length of the part of the record that is used, and its latest end after the release
+_SETTLED_S, _LONG_S, _WITHIN_S = 0.2, 0.25, 2.0
+_SAMPLES = 4000  # samples used, enough for a circle
+# times nearer to circles at both ends by exchanging; sound records stay below 0.9, exchanged ones lie above 3
+_CLEARLY = 2.0
+_FITS = 0.04  # of the gap: greatest median distance of a settled shaft from its circle
+_ROUND = (0.5, 2.0)  # of the gap: radii possible for the clearance circle
+_ROUNDS = 8  # iterations of the reweighting
 
 
 @dataclass(frozen=True)
 class ExchangedProbes:
-    """Pairs of probes, one of each end, of which one pair is exchanged, and the failed check that says so.
+    """Pairs of probes, one of each end, of which one pair is exchanged, and the failed check that reports it.
 
-    Which of two pairs it is no circle tells: with the other one the motion is mirrored end for end.
+    The circles cannot show which of two pairs it is: exchanging the other one mirrors the motion end for end.
     """
 
     pairs: tuple[tuple[str, str], ...]
@@ -34,7 +36,7 @@ class ExchangedProbes:
 def exchanged_probes(
     planes: xr.Dataset, record: xr.Dataset, machine: Machine, release_s: float | None
 ) -> ExchangedProbes | None:
-    """Find two probes that are exchanged between the ends.
+    """Find two probes whose cables are exchanged between the ends.
 
     Parameters
     ----------
@@ -44,12 +46,12 @@ def exchanged_probes(
         Probes in m, from which `planes` were made.
     machine : Machine
     release_s : float or None
-        The release; the record's start where it is not known.
+        Instant of the release, s; None if unknown, to use the start of the record.
 
     Returns
     -------
     ExchangedProbes or None
-        Where exchanging two of them puts both ends on a circle of the clearance's size.
+        None unless exchanging two of them puts both ends on circles of the size of the clearance.
     """
     used = {str(name) for name in planes.probe.values}
     ends = [[probe.name for probe in machine.probes_at(end) if probe.name in used] for end in machine.ends]
@@ -86,14 +88,17 @@ def exchanged_probes(
 
 
 def _off_circles(planes: xr.Dataset) -> tuple[list[float], list[float]]:
-    """Return how far each end is off a circle by the median, and the radius of that, m; infinite without samples."""
+    """Return the median distance of each end from its fitted circle, and the radius of that, m; infinite without samples."""
     found = [_off_circle(planes.displacement.sel(end=end).to_numpy()) for end in planes.end.values]
     off, radii = zip(*found, strict=True)
     return list(off), list(radii)
 
 
 def _off_circle(xy: np.ndarray) -> tuple[float, float]:
-    """Fit a circle by its algebraic equation, reweighted for lift-offs (I. Kasa, IEEE Trans. Instrum. Meas. 25 (1976) 8)."""
+    """Return the median distance from a circle fitted algebraically, and its radius, m; lift-offs are weighted down.
+
+    Source: I. Kasa, IEEE Trans. Instrum. Meas. 25 (1976) 8.
+    """
     x, y = xy[:, np.isfinite(xy).all(axis=0)] * 1e6
     if x.size < 50:
         return np.inf, np.inf

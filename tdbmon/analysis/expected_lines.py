@@ -1,4 +1,4 @@
-"""Frequencies at which the drawing lets expect lines: both swings, and the modes on touchdown bearings that carry the weight."""
+"""Frequency bands of lines predicted from the drawing: both swings, and the modes on touchdown bearings under the weight."""
 
 from __future__ import annotations
 
@@ -11,12 +11,13 @@ from tdbmon.analysis.mode_names import mode_names
 from tdbmon.analysis.rest import rest_travel
 from tdbmon.analysis.swing import Swing, predicted_swing
 
-_MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # of a swing's frequency: measured, by the drawing alone
-_STIFFNESS = (0.7, 1.0, 1.5)  # of that of the bearings under the weight: from where to where a mode is expected
+_MEASURED, _PREDICTED = (0.97, 1.03), (0.85, 1.15)  # relative band of a swing: measured, from the drawing alone
+# relative to the bearing stiffness under the weight: lower limit of a mode's band, nominal mode, upper limit
+_STIFFNESS = (0.7, 1.0, 1.5)
 
 
 def expected_lines(machine: Machine, rotor: RotorModel, swing: Swing | None) -> list[Band]:
-    """Return the bands in which a line has a name; about the `swing` that was measured, if any."""
+    """Return the frequency bands of named lines; those of the swings are centred on the measured `swing`, if any."""
     bands = []
     for i, predicted in enumerate(predicted_swing(machine, rotor)):
         measured = swing.frequencies[i].value if swing is not None else None

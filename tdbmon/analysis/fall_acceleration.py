@@ -1,4 +1,4 @@
-"""The acceleration that probes see in the free fall when it is left free: gravity's, if lengths and times are right."""
+"""Acceleration fitted to the free fall: that of gravity, if the scales of length and time are right."""
 
 from __future__ import annotations
 
@@ -6,19 +6,19 @@ import numpy as np
 
 from tdbmon.analysis.release_fit import WIDE, Array, ReleaseFit, let_go
 
-_ANEW_S, _STEP_S = 8e-3, 2.5e-4  # of the release: where its instant is sought anew, in which steps
-_GOES_ON = 0.5  # of the levitated orbit, standard deviation an axis: how widely the rotor turns on in the fall
-_LEAST_ORBIT = 3e-7  # m: the same of an orbit held narrow
-_BENDING = 0.05  # of a model's bending frequency, standard deviation
-_QUICK_HZ = 500.0  # from which on a mode does not look like gravity in a fall of some milliseconds
-_HELD = 0.2  # of the sag in a mode that does
+_ANEW_S, _STEP_S = 8e-3, 2.5e-4  # search range of the instant about the given release, and its step
+_GOES_ON = 0.5  # prior standard deviation per axis of the 1X motion in the fall, relative to the levitated orbit
+_LEAST_ORBIT = 3e-7  # m: the least value of that standard deviation
+_BENDING = 0.05  # relative standard deviation of a model's bending frequency
+_QUICK_HZ = 500.0  # modes above do not resemble gravity in a fall of some milliseconds
+_HELD = 0.2  # factor on the prior standard deviation of the sag in modes below
 
 
 def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
-    """Return the acceleration in the fall, with an instant of its own near the release.
+    """Return the acceleration in the fall, fitted together with a new instant near the release.
 
-    The given instant was found with gravity as it is: a fall on a wrong scale would be bent towards it.  Sags that spring back in
-    modes slow enough to look like gravity are held small.
+    The given instant was found for gravity, which would bias the result on a wrong scale towards it.  Sags that spring back in
+    modes slow enough to resemble gravity have a tight prior.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
     Returns
     -------
     (2 n,) array
-        A row of the data each, m/s^2.
+        One value per row of the data, m/s^2.
     """
     from scipy.optimize import minimize_scalar
 
@@ -49,7 +49,7 @@ def fall_acceleration(fit: ReleaseFit, t0: float) -> Array:
 
 
 def _parabola(fit: ReleaseFit, instant: float, noise: float, data: Array) -> tuple[Array, Array, float]:
-    """Fit rows of data with an acceleration left free; return coefficients, it last, squares left a row, and what holds sags."""
+    """Fit rows of data; return coefficients (the acceleration last), residual sum of squares per row, and penalty of priors."""
     after = np.maximum(fit.t - instant, 0.0)
     levitated, sags = fit.levitated(instant, 0.0), fit.sags(instant, 0.0)
     design = np.column_stack([*levitated, *sags, 0.5 * after**2])
@@ -62,12 +62,12 @@ def _parabola(fit: ReleaseFit, instant: float, noise: float, data: Array) -> tup
 
 
 def turning_alone(fit: ReleaseFit, t0: float) -> Array:
-    """Return the acceleration that once per revolution in the fall is taken for, at worst.
+    """Return the greatest acceleration that once-per-revolution motion in the fall can imitate.
 
-    A rotor let go turns on about its axis of inertia, and where it bends by an orbit of another size than the levitated one.
-    In a fall of a few turns part of that looks like gravity, the more the faster it turns: 0.07 of it a micrometre at 300 Hz.
-    The size is that with which the fall under gravity is followed best; one that would be wide, beside an orbit that is not, is
-    a wrong scale.  In a fall of less than a turn no size is told: there the levitated orbit goes on.
+    A released rotor turns on about its axis of inertia and, if it bends, on an orbit of another size than in levitation.  In a
+    fall of a few turns part of that resembles gravity, the more the faster it turns: 0.07 of gravity per micrometre at 300 Hz.
+    The size of the orbit is fitted to the fall under gravity; a wide one after a narrow levitated orbit indicates a wrong scale,
+    and counts as 0.  A fall of less than a turn does not determine the size: there it is that of the levitated orbit.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def turning_alone(fit: ReleaseFit, t0: float) -> Array:
     Returns
     -------
     (2 n,) array
-        A row of the data each, 0-pk, m/s^2; 0 where the speed is not known.
+        One value per row of the data, 0-pk, m/s^2; 0 if the speed is not known.
     """
     if not fit.speed_hz:
         return np.zeros(len(fit.data))
@@ -92,11 +92,11 @@ def turning_alone(fit: ReleaseFit, t0: float) -> Array:
 
 
 def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array] | None:
-    """Return the acceleration in the fall freed of what is not gravity, and its standard deviation.
+    """Return the acceleration of gravity in the fall, separated from other motion, and its standard deviation.
 
-    In a fall of less than a turn once per revolution looks like gravity; so it is held to what the levitated orbit lets expect.
-    The sag that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its frequency in two, which
-    beat.  A model's bending frequency is not exact.
+    In a fall of less than a turn once-per-revolution motion resembles gravity; so its prior follows the levitated orbit.  The sag
+    that springs back on a turning rotor also moves it sideways: the gyroscopic moment splits its frequency in two, which beat.
+    The standard deviation includes the error of the model's bending frequencies.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Arra
     Returns
     -------
     two (n,) arrays, or None
-        A row of the data each, m/s^2; None where speed or bending are not known.
+        One value per row of the data, m/s^2; None if speed or bending frequencies are not known.
     """
     if not fit.speed_hz or len(fit.bending_hz) == 0:
         return None
@@ -118,7 +118,7 @@ def gravity_alone(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Arra
 
 
 def _freed(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array]:
-    """Acceleration of `gravity_alone` for the bending frequencies, and what noise and misfit leave unsure of it."""
+    """Return the acceleration of `gravity_alone` for given bending frequencies, and its standard deviation (noise and misfit)."""
     after = np.maximum(fit.t - t0, 0.0)
     levitated, free = fit.levitated(t0, decay), fit.free(t0, decay)
     orbit = max(_GOES_ON * float(np.hypot(*fit.solved(t0)[0][1:3]).max()), _LEAST_ORBIT)
@@ -132,7 +132,7 @@ def _freed(fit: ReleaseFit, t0: float, decay: float) -> tuple[Array, Array]:
     seen = fit.data - fit.sprung(t0, decay)
     fitted = np.linalg.solve(normal, design.T @ seen.T)
     left = (seen - (design @ fitted).T)[:, fit.t > t0]
-    # what a wrong bending frequency leaves is no noise: counted in full
+    # the residual of a wrong bending frequency is no noise: scale with its mean square, not with the root
     misfit = max(1.0, float(np.mean((left / noise) ** 2)))
     sigma = noise * misfit * float(np.sqrt(fit.colour(left) * np.linalg.inv(normal)[-1, -1]))
     return np.asarray(fitted[-1]), np.asarray(sigma)

@@ -1,4 +1,4 @@
-"""The first contact of an end: touch, duration, rebound, restitution, and when the shaft passes its position at rest."""
+"""The first contact of an end: touch, duration, rebound, restitution, and the instants of passing the position at rest."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from tdbmon.estimate import Z95, Estimate
 from tdbmon.record.timebase import usual_interval
 
 _FREE_S = 1.5e-3  # of free flight on either side of a contact, for the velocities
-_FREE_TRIED_S = (1e-3, 1.5e-3, 2e-3)  # the same, by which else they may be told
-_LEVELS = 25  # tried over the interval of the touching radius
+_FREE_TRIED_S = (1e-3, 1.5e-3, 2e-3)  # alternatives, whose spread enters the uncertainty
+_LEVELS = 25  # touching radii tried over the interval
 _PASSING_S = 4e-4  # on either side of a crossing, for its velocity: a small part of a contact
-_FEWEST_STEPS = 1.5  # on either side, where the samples lie far apart: three samples tell a velocity
-_SLOWEST = 1e-3  # m/s, of a passage: where the shaft turns round at the level its velocity is none
+_FEWEST_STEPS = 1.5  # sampling intervals on either side at least: a velocity needs three samples
+_SLOWEST = 1e-3  # m/s, least velocity of a crossing: it vanishes if the shaft turns back at the level
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class FirstContact:
     restitution : Estimate
         Velocity after over velocity before the contact, along its direction.
     direction : float
-        Of the deepest point, rad from +x towards +y.
+        Angle of the deepest point, rad from +x towards +y.
     """
 
     touch: Estimate
@@ -48,7 +48,7 @@ class FirstContact:
 
     @classmethod
     def missing(cls, why: str) -> FirstContact:
-        """Return that nothing of a first contact is known, for the reason `why`."""
+        """Return a first contact with all estimates missing for the reason `why`."""
         s, um, ratio = (Estimate.missing(unit, why) for unit in ("s", "um", "1"))
         return cls(touch=s, duration=s, static_in=s, static_out=s, rebound=um, restitution=ratio, direction=np.nan)
 
@@ -64,14 +64,14 @@ def first_contact(
     sigma: float,
     gravity: float,
 ) -> FirstContact:
-    """Return what the first of the contacts of an end tells.
+    """Return instants, duration, rebound and restitution of the first contact of an end.
 
     Parameters
     ----------
     t : (n,) array
-        s, from the release on.
+        Time from the release on, s.
     d, r : (n, 2) and (n,) array
-        Displacement from the clearance centre and its radius, m.
+        Displacement from the clearance centre and its magnitude, m.
     events : tuple of Contact
         One at least.
     lost : MissingStretches
@@ -92,7 +92,7 @@ def first_contact(
     touch_sigma = _crossing_sigma(t, depth, contact.start, sigma, step)
     touch = Estimate.from_sigma(contact.start, touch_sigma, "s", rule)
     if touched:
-        # one as long as a contact says only that the shaft touched in it, once or more often
+        # a gap as long as a contact only shows that the shaft touched in it, once or several times
         touch = Estimate(contact.start, *touched, "s", "within the missing samples")
         if touched in lost.hiding:
             touch = Estimate.missing("s", f"{said(touched)}, and there the shaft touches")
@@ -124,7 +124,7 @@ def first_contact(
 
 
 def _open(contact: Contact, lost: MissingStretches, last: float) -> str:
-    """Say why it is not known from when to when a contact lasts, of which the `last` instant is seen; "" where it is."""
+    """Return why touch or lift-off of a contact is unknown, for data up to the instant `last`; "" if both are known."""
     touched, lifted = lost.at(contact.start), lost.at(contact.end)
     if lifted is None and contact.end >= last:
         return "the shaft does not leave the ring again before it settles"
@@ -141,7 +141,7 @@ def _maybe(missing: str, did: str) -> str:
 
 @dataclass(frozen=True)
 class _Tried:
-    """A contact by one of the radii at which the shaft may touch: that radius, m, and when the next contact begins, s."""
+    """A contact for one possible touching radius: that radius, m, and when the next contact begins, s."""
 
     level: float
     contact: Contact
@@ -149,9 +149,9 @@ class _Tried:
 
 
 def _tried(t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level: float, sigma: float) -> list[_Tried]:
-    """Return a contact by the touching radius, and by all others within its interval.
+    """Return a contact for the touching radius, and for others across its interval.
 
-    Where the shaft hardly leaves the ring, a small shift of the level joins the contact to the next one.
+    If the shaft hardly leaves the ring, a small shift of the level merges the contact with the next one.
     """
     out = []
     for shift in (0.0, *np.linspace(-Z95, Z95, _LEVELS)):
@@ -163,10 +163,10 @@ def _tried(t: np.ndarray, d: np.ndarray, r: np.ndarray, contact: Contact, level:
 
 
 def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarray, gravity: float) -> Estimate:
-    """Velocity after over velocity before a contact whose touch and lift-off were seen.
+    """Return velocity after over velocity before a contact whose touch and lift-off were observed.
 
-    The shaft bends to and fro as it flies, in a few milliseconds: the velocity that a straight line tells depends on where the
-    line begins and how long it is, by more than its scatter.
+    In flight the shaft vibrates in bending with periods of a few milliseconds: the velocity of a straight-line fit depends on
+    start and length of the line by more than its standard error.
     """
     told = _ratio(t, d, tried[0], _FREE_S, n, gravity)
     if told is None:
@@ -183,7 +183,7 @@ def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarra
 def _ratio(
     t: np.ndarray, d: np.ndarray, at: _Tried, free: float, n: np.ndarray, gravity: float
 ) -> tuple[float, float] | None:
-    """Velocity after over velocity before a contact, by so long a free flight, s, and its standard deviation."""
+    """Return velocity after over velocity before a contact, fitted to free flight of `free`, s, and its standard deviation."""
     contact = at.contact
     before = _flight(t, d, contact.start - free, contact.start, contact.start, n, gravity)
     after = _flight(t, d, contact.end, contact.end + free, contact.end, n, gravity)
@@ -196,7 +196,7 @@ def _ratio(
 def _duration_and_rebound(
     t: np.ndarray, depth: np.ndarray, tried: list[_Tried], step: float
 ) -> tuple[Estimate, Estimate]:
-    """Return how long a contact lasts and how far it throws the shaft, for all levels at which the shaft may touch."""
+    """Return duration and rebound of a contact, with intervals over all possible touching radii."""
     lasted, risen = [], []
     for at in tried:
         flight = (t >= at.contact.end) & (t <= at.following)
@@ -213,7 +213,7 @@ def _duration_and_rebound(
 
 
 def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float, step: float) -> float:
-    """Standard deviation of the instant of a crossing whose level is uncertain by sigma, between samples a step apart."""
+    """Return the standard deviation of the instant of crossing a level known to `sigma`, m, with samples `step`, s, apart."""
     near = np.abs(t - at) < max(_PASSING_S, _FEWEST_STEPS * step)
     slope = np.polyfit(t[near] - at, depth[near], 1)[0] if near.sum() > 2 else 0.0
     return float(np.hypot(sigma / max(abs(slope), _SLOWEST), step / 4))
@@ -222,7 +222,7 @@ def _crossing_sigma(t: np.ndarray, depth: np.ndarray, at: float, sigma: float, s
 def _flight(
     t: np.ndarray, d: np.ndarray, start: float, stop: float, at: float, n: np.ndarray, gravity: float
 ) -> tuple[float, float] | None:
-    """Velocity along n at the instant `at` of a free flight, and its standard deviation, m/s."""
+    """Return the velocity along n at the instant `at` of a free flight, and its standard deviation, m/s; None for few samples."""
     inside = (t >= start) & (t <= stop)
     if inside.sum() < 5:
         return None
@@ -243,11 +243,11 @@ def _static(
     sigma: float,
     step: float,
 ) -> tuple[Estimate, Estimate]:
-    """Instants at which the shaft passes its position at rest within the first contact."""
+    """Return the instants at which the shaft passes its position at rest, inwards and outwards, within the first contact."""
     inside = np.flatnonzero((t >= contact.start) & (t <= contact.end))
     beyond = inside[depth[inside] > static]
     apart = np.flatnonzero(np.diff(beyond) > max(round(NOISE_S / step), 1))
-    beyond = beyond[: apart[0] + 1] if apart.size else beyond  # the first half swing, where the shaft dips in again
+    beyond = beyond[: apart[0] + 1] if apart.size else beyond  # only the first excursion, if there are several
     rule = "radial displacement through its value at rest"
     if not beyond.size:
         missing = Estimate.missing("s", "the first contact does not reach the position at rest")

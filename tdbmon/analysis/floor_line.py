@@ -1,6 +1,7 @@
-"""A line of the floor or housing that the probes see before the release: it goes on in the fall, as the shaft does not make it.
+"""A spectral line of floor or housing vibration before the release: no motion of the shaft, it persists in the fall.
 
-Left out, its velocity is taken for the shaft's, and shifts the release by that over gravity: 8 um at 24 Hz by 0.12 ms.
+If it is not modelled, its velocity is attributed to the shaft and shifts the release by that over gravity: 8 um at 24 Hz by
+0.12 ms.
 """
 
 from __future__ import annotations
@@ -11,15 +12,15 @@ import numpy as np
 
 from tdbmon.analysis.left_by_lines import left_by
 
-_CYCLES = 2.0  # in the levitated stretch at least: less is drift
+_CYCLES = 2.0  # in the levitated stretch at least: fewer are drift
 _MOST_HZ = 200.0
-_STEPS = 4  # a cell of the spectrum
-_APART = 1.0  # cells from lines that are fitted already
-_SHARE = 0.5  # of what those leave, that it explains at least: less hardly shifts the release
+_STEPS = 4  # search frequencies per bin of the spectrum
+_APART = 1.0  # bins at least from lines that are fitted anyway
+_SHARE = 0.5  # of the residual power that it must explain: a weaker line hardly shifts the release
 
 
 def floor_line(t: np.ndarray, data: np.ndarray, fitted_hz: Sequence[float]) -> float | None:
-    """Return the frequency of a line that stands far above the noise of the levitated shaft, Hz; None where there is none.
+    """Return the frequency of a line far above the noise of the levitated shaft, Hz; None if there is none.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The free fall as a check: gravity is known, and so tells whether time base and sensitivity of the record are right."""
+"""Checks of a record's time base and sensitivities by its free fall, whose acceleration must be gravity."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from tdbmon.estimate import Z95, Estimate
 from tdbmon.quantity import percent
 from tdbmon.record.finding import Check
 
-_LEAST = 1 / math.sqrt(2)  # of gravity: nearer to it than to half of it, since a field may hold on
-_MOST = 1.15  # of gravity: nothing pulls the shaft down; unbalance and bending make some hundredths
-_TELLING = 0.3  # of gravity
-# of the other end's orbit: a rotor let go turns about its own axis of inertia, and that moves both ends
+_LEAST = 1 / math.sqrt(2)  # lower limit, of gravity: geometric mean of it and its half, as the field may decay slowly
+_MOST = 1.15  # upper limit, of gravity: no other force acts downwards; unbalance and bending contribute some hundredths
+_TELLING = 0.3  # of gravity: a fall with a greater uncertainty is inconclusive
+# of the other end's orbit: a released rotor turns about its own axis of inertia, which moves both ends
 _ACROSS = 1 / 3
-_APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), rarely both and apart
-_SURE = Z95  # standard deviations of it: the interval excludes that both read alike
-_ONE = 2.0  # times nearer to the other end's probes: then the other one is wrong
+_APART = 0.08  # logarithm of the ratio of two probes: each may be 5 % off (API Standard 670), rarely both in opposite directions
+_SURE = Z95  # standard deviations of that logarithm: the interval excludes equal readings
+_ONE = 2.0  # ratio of two probes' deviations from the other end's, beyond which the more deviating one is wrong
 _UPRIGHT = 0.15  # of gravity: less is no fall
-_SCALE = 2.0  # times gravity, or a half of it, at every end: times or lengths are on a wrong scale
-_SAME = 0.1  # logarithm of the ratio of two stretches of time that are one
-_UNLIKE = 0.05  # of gravity, by which one end falls slower and the other faster where the shaft tips
-_HOLDS_S = 0.01  # of a magnetic force's decay: a longer one fits a wrong time base as well
-_LEAST_GRAVITY = 1.0  # m/s^2: a machine on end does not fall across its bearings
+_SCALE = 2.0  # times gravity or more, or half of it or less, at every end: a wrong scale of time or length
+_SAME = 0.1  # logarithm of the ratio of two time scale errors that count as the same
+_UNLIKE = 0.05  # of gravity: a shaft that tips falls by so much more slowly at one end, and faster at the other
+_HOLDS_S = 0.01  # decay time of a magnetic force: a longer one fits a wrong time base as well
+_LEAST_GRAVITY = 1.0  # m/s^2: the shaft of a vertical machine does not fall across its bearings
 
 
 def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0) -> list[Check]:
-    """Check that each end falls with gravity.
+    """Check that each end falls with the acceleration of gravity.
 
-    A length read k times too long and times read c times too long make it fall with k / c^2 of gravity.  A field that dies
-    away slowly changes it as well: where the release has found its decay, it is named before the scales.  So does a bent
-    shaft, which turns on in the fall, by about what its wide orbit turned with.  A speed signal that reads `over_pulses` times
-    the keyphasor's speed (1 where nothing is known of it) tells the wrong time by itself: the two together prove it.
-    `EndState.scale` tells a wrong scale from a field that holds on, where the drop allows it.
+    Lengths k times too long and times c times too long make it fall with k / c^2 of gravity.  A slowly decaying field changes the
+    acceleration as well: if the release fit has found its decay, the check names it before the scales.  So does a bent shaft,
+    which turns on in the fall, by about the acceleration of its wide orbit.  A speed signal that reads `over_pulses` times the
+    keyphasor's speed (1 if unknown) is independent evidence of a wrong time base: together the two prove it.
+    `EndState.scale` distinguishes a wrong scale from a lingering field, if the drop allows that.
     """
     if machine.gravity < _LEAST_GRAVITY:
         return []
@@ -70,7 +70,7 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
 
 
 def _later(shares: Mapping[str, float]) -> str:
-    """Return the suspicion that one magnet let go later than the other, which tips the shaft about its end; "" without one."""
+    """Return the suspicion that one magnet released later than the other, which tips the shaft about its end; "" if none."""
     if len(shares) < 2:
         return ""
     slow, fast = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
@@ -80,9 +80,9 @@ def _later(shares: Mapping[str, float]) -> str:
 
 
 def _held(release: Release) -> float:
-    """Return the decay time, s, of a magnetic force that holds on for milliseconds; 0 where a sudden release explains the fall.
+    """Return the decay time, s, of a magnetic force that lingers for milliseconds; 0 if a sudden release explains the fall.
 
-    Times read a fifth too long may look just so: it is no proof that the scales are right.
+    Times a fifth too long may have the same effect: a decay is no proof that the scales are right.
     """
     decay = release.force_decay
     sure = decay.value is not None and decay.low is not None and decay.low > 0 and decay.value < _HOLDS_S
@@ -90,9 +90,9 @@ def _held(release: Release) -> float:
 
 
 def undated(release: Release, machine: Machine) -> str:
-    """Say why a fall does not date the release: it is far from gravity's at every end; "" where it does.
+    """Return why a fall does not date the release, as its acceleration is far from gravity at every end; "" if it does.
 
-    A field that holds on makes a fall slow too; where it lasts milliseconds, its decay tells it from a wrong scale.
+    A lingering field slows a fall too; if it lasts milliseconds only, its fitted decay distinguishes it from a wrong scale.
     """
     if not release.time.known or not release.falls or machine.gravity < _LEAST_GRAVITY:
         return ""
@@ -109,9 +109,9 @@ def undated(release: Release, machine: Machine) -> str:
 
 
 def check_probe_scales(release: Release, machine: Machine) -> list[Check]:
-    """Check that both probes of an end see the same fall: it goes straight down, whatever magnetic force is left.
+    """Check that both probes of an end show the same fall, which is vertical whatever magnetic force remains.
 
-    A probe that reads too much or too little tilts the fall that both together show, and hardly changes its size.
+    A probe with a wrong gain tilts the direction of the fall that both probes show, and hardly changes its size.
     """
     found = []
     for end in machine.ends:
@@ -133,9 +133,9 @@ def check_probe_scales(release: Release, machine: Machine) -> list[Check]:
 
 
 def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
-    """Return how many times as large as by the second probe of an end the free fall is by its first: 1 where both read right.
+    """Return the ratio of the free fall by the first probe of an end to that by its second: 1 if both read correctly.
 
-    A probe whose gain drifts changes it from drop to drop, whether the shaft comes to rest or not.
+    A drifting gain of a probe changes it from drop to drop, and it is available whether or not the shaft comes to rest.
 
     Parameters
     ----------
@@ -152,7 +152,7 @@ def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
 
 
 def _telling(release: Release, machine: Machine, end: str) -> dict[str, Estimate]:
-    """Return the share of gravity that each probe of an end shows, of those that tell one; none beside a great 1X in the fall."""
+    """Return the share of gravity by each probe of an end that determines one; empty for a large 1X component in the fall."""
     if end in release.falls and release.falls[end].turning > _TELLING * machine.gravity:
         return {}
     names = [probe.name for probe in machine.probes_at(end)]
@@ -166,13 +166,13 @@ def _log_ratio(one: Estimate, other: Estimate) -> tuple[float, float]:
 
 
 def _times(apart: float, sigma: float) -> tuple[float, float, float]:
-    """Return a ratio and the ends of its 95 % interval, of its logarithm and the standard deviation of that."""
+    """Return a ratio and the limits of its 95 % interval from its logarithm and the standard deviation of that."""
     half = Z95 * sigma
     return math.exp(apart), math.exp(apart - half), math.exp(apart + half)
 
 
 def _share(release: Release, name: str) -> Estimate | None:
-    """Return the share of gravity that a probe shows, where it tells one."""
+    """Return the share of gravity by a probe; None if its interval is missing or includes zero."""
     share = release.shares.get(name)
     return share if share is not None and share.low is not None and share.low > 0 else None
 
@@ -184,7 +184,7 @@ def _log(share: Estimate) -> tuple[float, float]:
 
 
 def _wrong(one: str, other: str, small: float, large: float) -> str:
-    """Say which of two probes is wrong, by logarithms of their shares over that of the other end."""
+    """Return which of two probes is wrong, from the logarithms of their shares relative to the other end's."""
     if abs(large) > _ONE * abs(small):
         said = f"'{other}' reads about {percent(math.exp(large) - 1)} too much"
     elif abs(small) > _ONE * abs(large):
@@ -195,7 +195,7 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
 
 
 def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_once: bool, held: float) -> str:
-    """Return what would make an end fall with this share of gravity, and so what to look at."""
+    """Return the possible causes of an end falling with this share of gravity, and what to check."""
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
         return (
@@ -224,5 +224,5 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
 
 
 def _stretch(factor: float) -> str:
-    """Return a wrong scale in words."""
+    """Return a scale error in words."""
     return f"read about {factor:.2g} times too long" if factor > 1 else f"read about {1 / factor:.2g} times too short"

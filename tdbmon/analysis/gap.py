@@ -1,18 +1,18 @@
-"""The clearance circle, from the positions in which the shaft settled on the touchdown bearing.
+"""The clearance circle, fitted to the positions of the shaft after it has settled on the touchdown bearing.
 
-At rest the shaft centre lies at the radius that the air gap, the ball clearance and the deflection under the weight add
-up to (`tdbmon.analysis.rest`).  The arc that it swings along gives the circle's centre too.
+At rest the shaft centre lies at a radius that is the sum of air gap, ball clearance and deflection under the weight
+(`tdbmon.analysis.rest`).  The arc of its swing determines the centre of the circle too.
 
 The swing loads the bearing by more than the weight at the bottom and by less at the turning points: N/W = cos(angle) -
-a n/g, where a is the acceleration of the mass that the end carries and n the outward normal.  That is v^2/R towards the
-centre, and the acceleration of the radius itself, which follows the load at twice the swing's frequency, a third of the
-bearing's resonance and more; and as the rotor is rigid, it is in part that of the other end.  Where that one is not seen, the
-end's own stands for it, and the intervals hold what this may miss.  So the radius is
-r = R + s (N/W - 1), where s is the deflection a unit of relative load.  Along the arc of one amplitude this looks just like a
-shift of the centre by 3 s; left out, it would put the centre tens of micrometres too low.  It is fitted with the circle, with
-the machine file's value of s as prior knowledge; the arc alone then gives the radius to some ten micrometres
-(`Gap.from_arc`).  Where the swing frequency gives the same radius independently (`tdbmon.analysis.swing`) and both agree, it
-settles the circle; where they disagree no circle is told (`tdbmon.analysis.ends`).
+a n/g, where a is the acceleration of the mass that the end carries and n the outward normal.  This comprises v^2/R towards the
+centre, and the acceleration of the radius itself, which follows the load at twice the swing frequency, a third of the
+bearing's resonance frequency and more; as the rotor is rigid, it depends in part on the other end.  If that is not visible, the
+end's own acceleration is used instead, and the intervals include the possible error.  So the radius is
+r = R + s (N/W - 1), where s is the deflection per unit of relative load.  Along an arc of one amplitude this is equivalent to a
+shift of the centre by 3 s; neglected, it would put the centre tens of micrometres too low.  It is fitted together with the
+circle, with the machine file's value of s as prior; the arc alone then determines the radius to some ten micrometres
+(`Gap.from_arc`).  If the radius from the swing frequency (`tdbmon.analysis.swing`), which is independent, agrees, it constrains
+the circle; if it disagrees, there is no circle (`tdbmon.analysis.ends`).
 """
 
 from __future__ import annotations
@@ -30,22 +30,22 @@ from tdbmon.analysis.rest import RestTravel
 from tdbmon.analysis.settled_arc import BIN_DEG, Arc, Cells, Steady
 from tdbmon.estimate import Z95, Estimate
 
-_BESIDE = 0.9  # of an end's samples, at which the other end must be seen too to tell of its load
-# Of the deflection a unit of load: how far radius and height of the centre may err where the end's own acceleration stands for
-# that of the mass it carries; 17 um at 9 um, where the ends swing against each other (docs/gap.md).
+_BESIDE = 0.9  # of an end's samples, for which the other end must be visible too for its share of the load
+# Error of radius and height of the centre, relative to the deflection per unit load, if the end's own acceleration stands in for
+# that of the mass it carries; 17 um at 9 um, when the ends swing in antiphase (docs/gap.md).
 _ALONE = 17 / 9
-_PRIOR = 0.35  # relative standard deviation of the deflection a unit of load that the machine file gives
-_COMMON = 3e-7  # m: how much the mean radius wanders with the angles of ring and cage, whatever the averaging
-_WORST = 20e-6  # m, standard deviation: a radius known no better than this is not worth stating
-SETTLED_S = 0.15  # of rest: three blocks of time, the least that tells an error
+_PRIOR = 0.35  # relative standard deviation of the machine file's deflection per unit load
+_COMMON = 3e-7  # m: variation of the mean radius with the angles of ring and cage, however long the average
+_WORST = 20e-6  # m, standard deviation: a radius no better known than this is not worth stating
+SETTLED_S = 0.15  # of rest: three blocks of time, the least for an error estimate
 _FEWEST = 6  # bins of angle for a circle
-_DRAWN = 4000  # settled positions kept, some more than can be seen
-_BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this is no longer a bounce
+_DRAWN = 4000  # settled positions kept for the plot, some more than are discernible
+_BOUNCE_SHARE = 0.10  # of the gap: a lift-off smaller than this does not count as a bounce
 
 
 @dataclass(frozen=True)
 class NoCircle:
-    """An end without a clearance circle, and why it has none."""
+    """The reason why an end has no clearance circle."""
 
     why: str
 
@@ -57,7 +57,7 @@ class Gap:
     Attributes
     ----------
     lower, upper : Estimate
-        Radius below and above which the settled shaft spends 2.5 % of the time each, about the fitted centre.
+        2.5 % and 97.5 % quantiles of the settled radius about the fitted centre.
     centre : tuple of Estimate
         Centre (x, y) in machine axes.
     radius : Estimate
@@ -65,16 +65,16 @@ class Gap:
     from_arc : Estimate
         The same radius from the arc alone.
     agrees : bool or None
-        Whether the radius from the arc and the one from the swing agree within their intervals; None without a swing.
+        Whether the radii from the arc and from the swing agree within their intervals; None without a swing.
     oval : Estimate
-        Second harmonic of the settled radius over the angle (0-pk), where the arc is wide enough to show it.
+        Second harmonic of the settled radius over the angle (0-pk), if the arc is wide enough to show it.
     settled_from : float
         Time from which the shaft stays on the ring, s.
     points : ndarray (n, 2)
-        Settled positions used, m, thinned: for the gap map.
+        Settled positions used, m, decimated, for the gap map.
     alone : float
-        How far radius and height of the centre may err, as the other end's share of the load is not seen, m; the intervals hold
-        it.  0 where it is seen.
+        Possible error of radius and height of the centre, m, if the other end's share of the load is not visible; included in
+        the intervals.  0 if it is visible.
     """
 
     lower: Estimate
@@ -90,7 +90,7 @@ class Gap:
 
     @classmethod
     def missing(cls, why: str) -> Gap:
-        """Return that nothing of a circle is known, for the reason `why`."""
+        """Return a circle with all estimates missing for the reason `why`."""
         um = Estimate.missing("um", why)
         return cls(
             lower=um,
@@ -115,7 +115,7 @@ class Gap:
         return np.nan if self.radius.value is None else self.radius.value
 
     def away(self, place: Sequence[float] | np.ndarray, method: str, kind: str = "") -> Estimate:
-        """Return how far a place (x, y), m, lies from the centre; its error is the centre's along that way."""
+        """Return the distance of a point (x, y), m, from the centre; its error is that of the centre in that direction."""
         spread = np.array([each.high for each in self.centre], dtype=float) - self.place
         way = np.asarray(place) - self.place
         apart = float(np.hypot(*way))
@@ -144,21 +144,21 @@ def fit_gap(
     machine : Machine
         For gravity.
     travel : RestTravel
-        Deflection under the weight of this end, for the load's part of the radius.
+        Deflection under the weight of this end, for the effect of the load on the radius.
     settled_s : float
         Time from which the shaft stays on the ring (`settled_from`), s.
     from_swing : Estimate, optional
         The radius from the swing frequency.
     shares : mapping, optional
-        Of the mass that this end carries, how much moves with each end (`tdbmon.analysis.swing.carried_shares`); by default all
-        with its own.
+        Fractions of the mass carried by this end that move with each end (`tdbmon.analysis.swing.carried_shares`); by default
+        all of it moves with this end.
     beyond : float, optional
-        By how much the rigid line lies below the shaft at rest (`tdbmon.analysis.bent_line.line_beyond`), m.
+        How far the rigid line lies below the shaft at rest (`tdbmon.analysis.bent_line.line_beyond`), m.
 
     Returns
     -------
     Gap or NoCircle
-        No circle where the arc is too short to tell one, or tells it too badly.
+        No circle if the arc is too short, or determines it too poorly.
     """
     time, rate = planes.time.to_numpy(), planes.attrs["sampling_hz"]
     xy = planes.displacement.sel(end=end).to_numpy().T
@@ -169,7 +169,7 @@ def fit_gap(
     if not len(steady.xy):
         return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
-    for _ in range(2):  # the second time about the centre found: the bins linearise the circle
+    for _ in range(2):  # repeated about the centre found, as the bins linearise the circle
         cells = Cells.of(steady, machine.gravity, circle)
         arc = cells.arc()
         if len(arc.angle) < _FEWEST:
@@ -198,10 +198,10 @@ def fit_gap(
 
 
 def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.0) -> float | NoCircle:
-    """Return the end of the last bounce that lifts the shaft off by more than a tenth of the gap, s, after an instant `start`.
+    """Return the end of the last bounce after `start` that lifts the shaft off by more than a tenth of the gap, s.
 
-    It is looked for in the distance from the probes' zero.  No circle can be told where the shaft stays settled for less than
-    0.15 s.
+    Lift-off is judged by the distance from the probes' zero.  If the shaft stays settled for less than 0.15 s, the result is the
+    reason why there is no circle.
     """
     xy = planes.displacement.sel(end=end).to_numpy().T
     seen = np.isfinite(xy).all(axis=1)
@@ -225,7 +225,7 @@ def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.
 
 
 def _too_vague(settled: float, last: float, sigma: float) -> str:
-    """Say that the arc tells the radius too badly."""
+    """Return in words why the arc determines the radius too poorly."""
     arc = f"the shaft settles at {settled:.4g} s, but its arc in the {last - settled:.2g} s that follow"
     if not np.isfinite(sigma):
         return f"{arc} rests on one part of that time alone, which does not show how well it tells the radius: record for longer"
@@ -236,7 +236,7 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
 
 
 def _carried(planes: xr.Dataset, end: str, shares: Mapping[str, float]) -> np.ndarray | None:
-    """Return the path of the mass that an end carries (n, 2), m; None where the other end is not seen beside it."""
+    """Return the path of the mass that an end carries (n, 2), m; None if the other end is not visible at the same time."""
     if any(str(planes.plane.sel(end=each).item()) != "bearing" for each in shares):
         return None
     moved = sum(share * planes.displacement.sel(end=each).to_numpy().T for each, share in shares.items())
@@ -252,10 +252,10 @@ def _overlap(a: Estimate, b: Estimate) -> bool:
 def _circle(
     centre: np.ndarray, arc: Arc, parts: list[Arc], per_load: float, known: Estimate | None = None
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Fit centre, radius and deflection a unit of load, with standard deviations.
+    """Fit centre, radius and deflection per unit load, and return them with standard deviations.
 
-    Neighbouring bins see the same vibration, so that the fit's own covariance is too small where the settled stretch
-    is short; leaving out `parts` of it in turn (jackknife) tells.  The larger of both is taken.
+    Neighbouring bins share the same vibration, so that the covariance of the fit is too small for a short settled stretch; the
+    jackknife over `parts` of it shows the actual scatter.  The larger of both variances is used.
     """
     solution, covariance = _fit_circle(arc, per_load, known)
     solution[:2] += centre
@@ -266,11 +266,11 @@ def _circle(
 
 
 def _fit_circle(arc: Arc, per_load: float, known: Estimate | None = None) -> tuple[np.ndarray, np.ndarray]:
-    """Fit centre (from the bins' centre), radius and deflection a unit of load to a binned arc; with covariance.
+    """Fit centre (relative to the bins' centre), radius and deflection per unit load to a binned arc; return the covariance too.
 
-    The bins' own errors leave out what differs from one position of ring and cage to the next; a common error is
-    added, at least `_COMMON` and more until the arc fits: chi-square of one for each bin beyond three, as the fourth
-    parameter, the deflection, is in part known before.
+    The errors of the bins exclude the variation with the position of ring and cage; a common error is added, at least
+    `_COMMON`, and increased until the arc fits with a reduced chi-square of one: per bin beyond three, as the fourth
+    parameter, the deflection, has a prior.
     """
     prior = _PRIOR * per_load
     jac = np.column_stack([np.sin(arc.angle), -np.cos(arc.angle), np.ones_like(arc.angle), arc.load - 1])
@@ -293,9 +293,9 @@ def _fit_circle(arc: Arc, per_load: float, known: Estimate | None = None) -> tup
 
 
 def _bends(arc: Arc, per_load: float, beyond: float, known: Estimate | None = None) -> list[float]:
-    """Return by how much centre and radius err at most, m, where the line lies `beyond` below a shaft under its load at rest.
+    """Return the greatest error of centre (x, y) and radius, m, if the line lies `beyond` below a shaft under its static load.
 
-    It does so in proportion to the load: part of it the fit takes for deflection, and the radius it knows stays.
+    The error of the line is proportional to the load: the fit attributes part of it to deflection, and a `known` radius holds.
     """
     straight = replace(arc, radius=arc.radius - DRAWN * beyond * arc.load)
     off = _fit_circle(arc, per_load, known)[0] - _fit_circle(straight, per_load, known)[0]
@@ -313,9 +313,9 @@ def _gap(
     passed: Sequence[float],
     alone: float,
 ) -> Gap:
-    """Return the circle of a fit `p` (x, y, radius, deflection a unit of load), m, its standard deviations, and `_bends`."""
+    """Return the circle of a fit `p` (x, y, radius, deflection per unit load), m, given its `sigma` and errors from `_bends`."""
     how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
-    if alone:  # not as an error that drops share: another one may show the other end
+    if alone:  # as an independent error, not one common to all drops: another drop may show the other end
         how += "; interval: also what the other end, not seen, may add to the load"
         sigma = np.hypot(sigma, [0.0, alone / Z95, alone / Z95, 0.0])
     x, y, radius = (
@@ -339,7 +339,7 @@ def _gap(
 
 
 def _oval(cells: Cells, p: np.ndarray) -> Estimate:
-    """Second harmonic of the radius over the angle; what differs from one part of the time to the next is its error."""
+    """Return the second harmonic of the radius over the angle; its error comes from the variation between parts of the time."""
     if cells.halfwidth < np.deg2rad(50):
         return Estimate.missing(
             "um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there"
@@ -356,7 +356,7 @@ def _oval(cells: Cells, p: np.ndarray) -> Estimate:
 
 
 def _second_harmonic(arc: Arc, p: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Cosine and sine of twice the angle in the radius, and their variances by the bins' own errors."""
+    """Return the cosine and sine amplitudes of twice the angle in the radius, and their variances from the errors of the bins."""
     columns = [
         np.sin(arc.angle),
         -np.cos(arc.angle),

@@ -1,7 +1,7 @@
-"""The jackknife: how well a value is known, by what leaving out one part of the time after the other does to it.
+"""The jackknife: variance of an estimate from its change when one part of the time after the other is left out.
 
-Neighbouring samples share the noise of the same excitation, so that a fit's own covariance is too small; long parts share
-little (R. G. Miller, "The jackknife - a review", Biometrika 61 (1974) 1-15).
+Neighbouring samples share the noise of the same excitation, so that the covariance of a fit is too small; long parts are nearly
+independent (R. G. Miller, "The jackknife - a review", Biometrika 61 (1974) 1-15).
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from tdbmon.estimate import Z95
 
 
 def jackknife(left_out: np.ndarray) -> np.ndarray:
-    """Return the variance of each value (n, values) found without one part of n.
+    """Return the variance of each value, given estimates (n, values) with one of n parts left out.
 
-    Few parts: widened to Student's quantile, so that 1.96 standard deviations are a 95 % interval.
+    Scaled by Student's quantile for few parts, so that 1.96 standard deviations are a 95 % interval.
     """
     n = len(left_out)
     quantile = float(stdtrit(n - 1, 0.975)) / Z95

@@ -1,4 +1,4 @@
-"""Which stretch of a run-down follows one law of drag, and which law that is."""
+"""Selection of the stretch of a run-down that follows a single drag law, and of that law."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ MODELS: dict[str, tuple[str, ...]] = {
     "constant + quadratic": ("constant", "quadratic"),
     "constant + exponential + quadratic": ("linear", "constant", "quadratic"),
 }
-FEWEST = 24  # spans that a fit needs
-_SETTLING_S = 3.0  # contacts and spin-up of the rings are surely over by then; in short records this share of the rest:
+FEWEST = 24  # spans needed for a fit
+_SETTLING_S = 3.0  # until contacts and spin-up of the rings are surely over; at most this share of the run-down:
 _SETTLING_SHARE = 0.6
 _EARLIER = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15, 0.08, 0.0)  # shares of the settling time
 _SLOWER = (0.05, 0.03, 0.02, 0.01, 0.005, 0.002)  # shares of the speed at release
 _LATER = (0.125, 0.18, 0.25, 0.35, 0.5, 0.7, 1.0)  # shares of a stretch, back from its end
-_FEWEST_LAST = (4, 8)  # spans that tell a slope and that it stays, with noise that is known and that is not
+_FEWEST_LAST = (4, 8)  # spans to determine a slope and its constancy, with known and with unknown noise
 _CHANCE = {1: 10.83, 2: 13.82}  # 99.9 % quantiles of chi-square
 # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
 _PREFERENCE = 10.0
 _FOLDS = 8
 NO_LAW = "no law of drag fits how the speed falls"
-_BEYOND = 3.0  # times the noise, and times what laws of free signs leave: a misfit that is told
+_BEYOND = 3.0  # times the noise, and times the residual of laws with free signs: a residual beyond is reported
 _MATTERS, _FAR = (
     1e-3,
     0.02,
-)  # of what the speed fell by: a misfit that such laws take away, and one that no law takes away
+)  # of the loss of speed: least residual reported if such laws remove it, and if no law does
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class Candidate:
     fit : LawFit
         The fit.
     rms : float
-        Misfit of the mean speeds, Hz.
+        Residual of the mean speeds, Hz rms.
     held_out : float
-        Mean square of the whitened misfit on stretches left out of the fit.
+        Mean square of the whitened residual on stretches left out of the fit (cross-validation).
     refused : str
-        Why it cannot be chosen; empty where it can.
+        Why it cannot be chosen; empty if it can.
     """
 
     name: str
@@ -64,21 +64,21 @@ class Candidate:
 
     @property
     def power(self) -> float:
-        """Mean square of the whitened misfit."""
+        """Mean square of the whitened residual."""
         return float(np.mean(self.fit.white**2))
 
     @property
     def score(self) -> float:
-        """BIC with the preference for the plain exponential."""
+        """BIC, reduced for the plain exponential, which is preferred."""
         return self.fit.bic - (_PREFERENCE if self.name == "exponential" else 0.0)
 
 
 def find_stretch(coast: Coast, release: float, stop: float) -> Coast | None:
-    """Return the spans that follow one law.
+    """Return the spans that follow a single drag law.
 
     Starts with spans long after the release and faster than a twentieth of the speed at release, and adds stretches on both
-    sides for as long as they need neither a step nor a slope of their own (Chow's test at 0.1 %); where one does, the stretch
-    next to it is given up too.
+    sides as long as they need neither a step nor a slope of their own (Chow's test at 0.1 %); if one does, the stretch
+    added before it is dropped too.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def find_stretch(coast: Coast, release: float, stop: float) -> Coast | None:
     Returns
     -------
     Coast or None
-        None where the record is too short for a fit.
+        None if the record is too short for a fit.
     """
     settling = min(_SETTLING_S, _SETTLING_SHARE * (stop - release))
     rights = _slower(coast, stop)
@@ -108,9 +108,9 @@ def find_stretch(coast: Coast, release: float, stop: float) -> Coast | None:
 
 
 def find_last_stretch(coast: Coast, noise: Noise | None) -> Coast:
-    """Return the last spans that follow one law: where a drive trips before the release, those after it.
+    """Return the last spans that follow a single drag law; if the drive trips before the release, those after the trip.
 
-    Widened back from the end for as long as what is added needs neither a step nor a slope of its own, as in `find_stretch`.
+    Extended backwards from the end as long as the addition needs neither a step nor a slope of its own, as in `find_stretch`.
     """
     last, length = float(coast.end[-1]), float(coast.end[-1] - coast.begin[0])
     lengths = [share * length for share in _LATER]
@@ -123,7 +123,7 @@ def find_last_stretch(coast: Coast, noise: Noise | None) -> Coast:
 
 
 def _slower(coast: Coast, stop: float) -> list[float]:
-    """Times at which the speed falls below shares of the first, up to the end of rotation."""
+    """Return the times, s, at which the speed falls below fractions of its first value, then the end of rotation."""
     parts = coast.grouped(max(len(coast) // 200, 1))
     slower = [parts.mean < share * parts.mean[0] for share in _SLOWER]
     times = [float(parts.end[np.argmax(each)]) for each in slower if each.any()]
@@ -131,7 +131,7 @@ def _slower(coast: Coast, stop: float) -> list[float]:
 
 
 class _Stretch:
-    """A stretch that grows for as long as one flexible law fits it."""
+    """A stretch that is extended as long as one flexible law fits it."""
 
     def __init__(self, coast: Coast, noise: Noise | None = None) -> None:
         self.coast = coast
@@ -144,9 +144,9 @@ class _Stretch:
         self.law, self.noise = fit.law, self.known or noise_of(fit.residual, fit.parameters)
 
     def grown(self, wider: Iterable[Coast]) -> Coast:
-        """Join wider stretches one after the other, and return the last that surely follows the law.
+        """Extend to wider stretches one after the other, and return the last that surely follows the law.
 
-        Where one does not join, the one before it may hold a little of what spoilt it.
+        If one fails the test, the one before it may contain the start of the deviation, and is not returned either.
         """
         joined = [self.coast]
         for each in wider:
@@ -156,7 +156,7 @@ class _Stretch:
         return joined[-1]
 
     def _joins(self, wider: Coast) -> bool:
-        """Adopt the wider stretch and return True if what it adds needs no step and no slope of its own."""
+        """Adopt the wider stretch and return True if the spans it adds need no step and no slope of their own."""
         if len(wider) <= len(self.coast):
             return True
         fit = fit_law(wider, self.terms, self.noise, self.law)
@@ -170,13 +170,13 @@ class _Stretch:
 
 
 def gain_apart(coast: Coast, fit: LawFit, noise: Noise, apart: np.ndarray) -> tuple[float, float]:
-    """Return by how much chi-square falls where some spans (n,) get a step and a slope of their own, and what chance reaches.
+    """Return the decrease of chi-square if some spans (n,) get a step and slope of their own, and its 99.9 % limit by chance.
 
     Parameters
     ----------
     coast : Coast
     fit : LawFit
-        Of it, with the same noise.
+        Fit to it, with the same noise.
     noise : Noise
     apart : ndarray of bool (n,)
         These spans; fewer than four get a step only.
@@ -193,13 +193,13 @@ def gain_apart(coast: Coast, fit: LawFit, noise: Noise, apart: np.ndarray) -> tu
 
 
 def noise_in(stretch: Coast) -> Noise:
-    """Noise of the measured quantity, from what the fullest law leaves."""
+    """Return the noise model of the measured quantity, from the residual of the law with all terms."""
     fit = fit_law(stretch, MODELS["constant + exponential + quadratic"], WHITE)
     return noise_of(fit.residual, fit.parameters)
 
 
 def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate | None]:
-    """Fit all `MODELS` and choose.
+    """Fit all `MODELS` to a stretch and choose the best.
 
     Parameters
     ----------
@@ -213,7 +213,7 @@ def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate
     candidates : list of Candidate
         All, in the order of `MODELS`.
     chosen : Candidate or None
-        None where no law slows the rotor.
+        None if every law has a term that would drive the rotor.
     """
     fits = [(name, fit_law(stretch, terms, noise)) for name, terms in MODELS.items()]
     candidates = [Candidate(name, fit, _rms(stretch, fit), _held_out(fit), _unphysical(fit)) for name, fit in fits]
@@ -223,7 +223,7 @@ def choose_law(stretch: Coast, noise: Noise) -> tuple[list[Candidate], Candidate
 
 
 def misfit_of(chosen: Candidate, candidates: list[Candidate], stretch: Coast) -> str:
-    """Say why not even the chosen law is that of a drag; empty where it may be."""
+    """Return why even the chosen law does not describe drag alone; empty if it may."""
     if not _misses(chosen, candidates, stretch):
         return ""
     left = f"{chosen.name}, the best, leaves {chosen.rms:.2g} Hz rms beside {scatter(stretch.mean):.2g} Hz of noise"
@@ -234,11 +234,11 @@ def misfit_of(chosen: Candidate, candidates: list[Candidate], stretch: Coast) ->
 
 
 def _misses(candidate: Candidate, candidates: list[Candidate], stretch: Coast) -> bool:
-    """True where a law plainly misses the speed.
+    """Return whether a law clearly does not fit the speed.
 
-    Noise that remembers would take any misfit for its own, so that the misfit is held against the scatter from mean to mean.
-    And either another law, be it one that partly drives the rotor, has far less of it, or it is too large for the wander of a
-    speed signal.
+    Autoregressive noise would absorb any lack of fit, so that the residual is compared with the scatter from mean to mean.
+    Moreover, another law, even one with a driving term, must leave far less, or the residual must be too large for the drift of
+    a speed signal.
     """
     fallen = float(stretch.mean[0] - stretch.mean[-1])
     if candidate.rms < _BEYOND * scatter(stretch.mean) or candidate.rms < _MATTERS * fallen:
@@ -256,7 +256,7 @@ def _unphysical(fit: LawFit) -> str:
 
 
 def _against_simpler(candidate: Candidate, candidates: list[Candidate]) -> Candidate:
-    """Refuse a law that does not better a simpler one that it contains, in BIC and on what was held out."""
+    """Refuse a law unless it is better, in BIC and in cross-validation, than every simpler law nested in it."""
     if candidate.refused:
         return candidate
     for other in candidates:
@@ -268,7 +268,7 @@ def _against_simpler(candidate: Candidate, candidates: list[Candidate]) -> Candi
 
 
 def _held_out(fit: LawFit) -> float:
-    """Mean square of the whitened misfit on successive stretches, each predicted from the others (linearised at the fit)."""
+    """Return the mean square whitened residual of successive parts, each predicted from the others (linearised at the fit)."""
     a, e = fit.sensitivity / np.linalg.norm(fit.sensitivity, axis=0), fit.white
     folds = np.array_split(np.arange(fit.measured), _FOLDS)
     normal, right = a.T @ a + 1e-12 * np.eye(a.shape[1]), a.T @ e

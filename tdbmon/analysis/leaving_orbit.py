@@ -1,25 +1,25 @@
-"""Where in a record the shaft leaves its levitated orbit, to a sample or so, and until where it surely falls freely."""
+"""Search for the sample at which the shaft leaves its levitated orbit, and the one until which it surely falls freely."""
 
 from __future__ import annotations
 
 import numpy as np
 from tdbsim.errors import InputError
 
-# surely free of contact: of the way from levitation to the first turning point, and, where the bearing yields so much that it
-# lies far beyond the gap, of the radial gap
+# surely free of contact: fraction of the way from levitation to the first turning point, and fraction of the radial gap, which
+# limits it if the bearing yields so much that the turning point lies far beyond the gap
 _FALL_SHARE, _FREE_SHARE = 0.6, 0.85
-_HEAD_S = 0.02  # at the start, that shows where the shaft levitates
-_START_S = 1e-3  # the same, where the shaft may fall soon; and how long it stays away: a spike is no fall
+_HEAD_S = 0.02  # at the start of the record, for the levitated position
+_START_S = 1e-3  # the same, if the shaft may fall soon; also the least duration of a departure: a spike is no fall
 _LEAST_HEAD_S = 5e-3
-# of the radial gap: a shaft that has moved so far from where it was first seen, anywhere on its orbit, levitates no more
-# (zone A of ISO 14839-2 ends at 0.3 from the middle)
+# of the radial gap: a shaft that has moved so far from its first position, wherever on its orbit that was, no longer levitates
+# (zone A of ISO 14839-2 ends at 0.3 from the centre)
 _FALLEN = 0.6
-_DROPPED = 0.5  # of the radial gap beyond the orbit: a shaft that goes so far was dropped
-_LEFT = 0.2  # the same: it has left its orbit
+_DROPPED = 0.5  # of the radial gap, beyond the orbit: a shaft that moves so far was dropped
+_LEFT = 0.2  # of the radial gap, beyond the orbit: the shaft has left its orbit
 
 
 def surely_levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: float) -> int:
-    """Return how many of the first samples, up to 20 ms of them, surely lie before the fall, seen by how far it goes.
+    """Return the number of initial samples, up to 20 ms, that surely precede the fall, judged by the distance moved.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def surely_levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: floa
     """
     most, lasting, reach = int(_HEAD_S * rate), max(int(_START_S * rate), 1), _FALLEN * gaps
     fall = np.sqrt(2 * reach.max() / max(gravity, 1.0))
-    falling = int(1.2 * fall * rate)  # and some more
+    falling = int(1.2 * fall * rate)  # with a margin
     if not np.isfinite(z[:, :lasting]).any(axis=1).all():
         return 0
     start = np.nanmedian(z[:, :lasting], axis=1)
@@ -46,21 +46,21 @@ def surely_levitated(z: np.ndarray, rate: float, gaps: np.ndarray, gravity: floa
 
 
 def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) -> tuple[int, int] | None:
-    """Return the sample at which the shaft leaves its orbit and the one that ends the surely free fall.
+    """Return the index of the sample at which the shaft leaves its orbit, and of the one that ends the surely free fall.
 
-    A wide orbit is left by less than a multiple of itself: by a share of the gap.
+    The threshold is a multiple of the orbit, or for a wide orbit less: the orbit plus a fraction of the gap.
 
     Parameters
     ----------
     z, rate, gaps
         As in `surely_levitated`.
     levitated : int
-        So many of the first samples show the orbit.
+        Number of initial samples that show the orbit.
 
     Returns
     -------
     tuple or None
-        None where the record starts after the release, or less than 5 ms before it.
+        None if the record starts after the release, or less than 5 ms before it.
 
     Raises
     ------
@@ -84,13 +84,13 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
     dropped = reach > np.maximum(np.minimum(8 * orbit, orbit + _DROPPED * gaps), 20e-6)
     if not np.any(dropped):
         if np.any(orbit > 20e-6):
-            return None  # it moves from the first sample on: the record starts after the release
+            return None  # motion from the first sample on: the record starts after the release
         raise InputError(
             f"the rotor never leaves its levitated position by more than {np.nanmax(reach) * 1e6:.1f} um;"
             " no drop is in this record"
         )
     free = np.inf
-    ends: tuple[list[int], list[int]] = [], []  # of the fall by each row that dropped: x, y
+    ends: tuple[list[int], list[int]] = [], []  # of the fall in each row that dropped: x, y
     for row in range(z.shape[0]):
         if not dropped[row]:
             continue
@@ -109,5 +109,5 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
         ends[row % 2].append(left + int(np.argmax(tail > min(_FALL_SHARE * bottom, _FREE_SHARE * gaps[row]))))
     if not np.isfinite(free) or free < lead:
         return None
-    stop = min(ends[1] or ends[0])  # sideways nothing falls: where a fall is seen up and down, that alone ends it
+    stop = min(ends[1] or ends[0])  # nothing falls sideways: the rows with a vertical fall, if any, determine it alone
     return int(free), max(stop, int(free) + 4)

@@ -1,8 +1,8 @@
-"""One magnetic bearing lets go while the other one holds: the rotor turns about a point, and its end falls faster or slower.
+"""Release by one magnetic bearing while the other one holds: the rotor tilts, and the released end falls faster or slower.
 
-At first the held bearing carries what it carried, so that the rigid rotor is moved by the missing force F alone, the share of
-the weight that the bearing which lets go had carried.  At z, from the centre of mass, the shaft then falls with
-F (1 / M + z_F z / I).
+At first the held bearing still carries its static load, so that the net force on the rigid rotor is the missing force F alone,
+the share of the weight that the released bearing had carried.  At position z from the centre of mass the shaft then falls with
+the acceleration F (1 / M + z_F z / I).
 """
 
 from __future__ import annotations
@@ -14,9 +14,9 @@ from tdbsim.rotor import RotorModel
 
 
 def let_go_alone(machine: Machine, rotor: RotorModel, held: Iterable[str]) -> Machine:
-    """Return the machine with the acceleration in place of gravity with which its end falls while the other one is held.
+    """Return the machine with gravity replaced by the acceleration of its released end while the other one is held.
 
-    The machine itself where no end is held, or where its magnetic bearings do not tell whose is whose.
+    The machine itself if no end or every end is held, or if its magnetic bearings cannot be matched with the ends by name.
 
     Parameters
     ----------

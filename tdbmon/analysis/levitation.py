@@ -1,4 +1,4 @@
-"""The shaft in levitation before the release: where it stands, how far it turns about there, and what noise is left."""
+"""The levitated shaft before the release: mean position, orbit once per revolution, and residual noise."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from tdbmon.analysis.turning_speed import told_from_orders, turning_speed
 from tdbmon.analysis.vibration_zone import share_of_clearance
 from tdbmon.estimate import Estimate
 
-_LEAST_TURNS = 3.0  # of the shaft in the stretch: below, its orbit is not told from its place
-_HEAD_S = 0.02  # of a record without a drop, that shows the orbit
-_STEADY = 4.0  # times as far from there: no levitated orbit grows so
+_LEAST_TURNS = 3.0  # of the shaft in the stretch: with fewer, orbit and mean position cannot be separated
+_HEAD_S = 0.02  # at the start of a record without a drop, for the orbit
+_STEADY = 4.0  # times the distance reached there: no levitated orbit grows so much
 _FROM_ZERO = "from the probes' zero: without a drop no circle tells the clearance centre"
-_GUARD_S = 1e-3  # before the release: its instant is not exact
-# at the end of levitation, whose orbit is fitted: over longer the speed changes, and the phase of once per revolution with it
+_GUARD_S = 1e-3  # left out before the release, as its instant is not exact
+# length of the orbit fitted at the end of levitation: over longer the speed changes, and with it the phase of 1X
 _FITTED_S, _FITTED_TURNS = 0.2, 10.0
 
 
@@ -30,16 +30,16 @@ class Levitation:
     Attributes
     ----------
     x, y : Estimate
-        Mean position, as the probes count it.
+        Mean position from the probes' zero.
     once : Estimate
-        Once per revolution: root of the sum of both axes' squared amplitudes, which no turning of the axes changes.
-        Run-out of the probe tracks is part of it, and hum where mains frequency is too near to once or twice per revolution.
+        Once-per-revolution (1X) motion: root of the sum of both axes' squared amplitudes, which is invariant to rotation of the
+        axes.  Includes run-out of the probe tracks, and hum if the mains frequency is too near to 1X or 2X.
     noise : Estimate
-        Standard deviation of what mains, once and twice per revolution leave, mean of both axes.
+        Standard deviation of the residual of mains, 1X and 2X, mean of both axes.
     reach : Estimate
         Greatest distance from the clearance centre (D_max of ISO 14839-2), run-out and noise included.
     share : Estimate
-        The same over the least radial clearance (C_min of ISO 14839-2), by which `tdbmon.analysis.vibration_zone.zone` goes.
+        The same relative to the least radial clearance (C_min of ISO 14839-2), for `tdbmon.analysis.vibration_zone.zone`.
     """
 
     x: Estimate
@@ -60,7 +60,7 @@ def levitation(
     clearance: float,
     doubt: str = "",
 ) -> Levitation:
-    """Fit the levitated orbit of an end by least squares over its last 0.2 s or ten turns, and see how far it ever reaches.
+    """Fit the levitated orbit of an end by least squares over its last 0.2 s or ten turns, and find its greatest distance.
 
     Parameters
     ----------
@@ -70,14 +70,14 @@ def levitation(
     release : float
         Instant of the release, s.
     speed_hz : float or None
-        Rotor speed before it, which the orbit makes exact; None where it is not known.
+        Rotor speed before it, which is refined from the orbit; None if unknown.
     mains_hz : float
     gap : Gap or None
-        The clearance circle of the end; None where none is told.
+        The clearance circle of the end; None if there is none.
     clearance : float
         The radial gap of the machine file, m.
     doubt : str
-        Why the circle does not tell the clearance centre (`tdbmon.analysis.set_point.no_centre`).
+        Why the centre of the circle is not the clearance centre (`tdbmon.analysis.set_point.no_centre`).
     """
     shaft = planes.displacement.sel(end=end, time=slice(None, release - _GUARD_S))
     z, t = shaft.to_numpy(), shaft.time.to_numpy()
@@ -120,9 +120,9 @@ def levitation(
 def levitation_alone(
     planes: xr.Dataset, end: str, speed_hz: float | None, mains_hz: float, clearance: float
 ) -> Levitation:
-    """Fit the levitated orbit of an end of a record without a drop.
+    """Fit the levitated orbit of an end in a record without a drop.
 
-    No circle tells the clearance centre there: distances are from the probes' zero, and so without an interval.
+    Without a clearance circle the centre is unknown: distances are from the probes' zero, and so have no interval.
     """
     shaft = planes.displacement.sel(end=end)
     z = shaft.to_numpy()[:, np.isfinite(shaft.to_numpy()).all(axis=0)]
@@ -139,7 +139,7 @@ def levitation_alone(
 
 
 def held_bent(found: Levitation, miss: LevitatedMiss, clearance: float) -> Levitation:
-    """Widen the intervals of a levitated shaft, seen along the rigid line, by how much that misses it in its bearing.
+    """Widen the intervals of a levitated shaft by the possible error of the rigid line at its bearing.
 
     `clearance` : the radial gap of the machine file, m.
     """
@@ -154,13 +154,13 @@ def held_bent(found: Levitation, miss: LevitatedMiss, clearance: float) -> Levit
 
 
 def unknown(why: str) -> Levitation:
-    """Return that nothing is known of the levitated shaft, and why."""
+    """Return a levitation result with all estimates missing for the reason `why`."""
     missing = Estimate.missing("um", why)
     return Levitation(missing, missing, missing, missing, missing, Estimate.missing("1", why))
 
 
 def _reach(z: np.ndarray, gap: Gap | None) -> Estimate:
-    """Greatest distance of the levitated shaft `z` (2, n) from the clearance centre."""
+    """Return the greatest distance of the levitated shaft `z` (2, n), m, from the clearance centre."""
     if gap is None:
         return Estimate.missing("um", "the centre of the clearance is not known")
     far = z[:, np.argmax(np.hypot(*(z - gap.place[:, None])))]

@@ -1,7 +1,7 @@
-"""Names of spectral lines: orders, mains, swings and what the swings make together, bands that the caller expects.
+"""Names of spectral lines: orders, mains, swings and their combination frequencies, and bands expected by the caller.
 
-The rotor swings on an arc, so that the vertical follows the square of the horizontal: two swings f1 and f2 show at 2 f1,
-2 f2, f1 + f2 and f2 - f1, and at the third and fourth orders of the same.  Such a line is no mode of its own.  It is
+The rotor swings on an arc, so that its vertical motion follows the square of the horizontal: two swings f1 and f2 also appear
+at 2 f1, 2 f2, f1 + f2 and f2 - f1, and at combinations of third and fourth order.  Such a line is no mode of its own.  It is
 recognised window by window, since it follows its parents when their frequency changes with amplitude.
 """
 
@@ -19,19 +19,19 @@ from tdbmon.estimate import Z95, Estimate
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Trace
 
-_ORDERS = 4  # of combination
-_WEAKER = 0.5  # a combination is at most this part of its stronger parent
-_CELLS = 0.3  # and so near to its place in the mean
-_MAINS = 0.004  # relative: what a grid's frequency deviates by
+_ORDERS = 4  # highest order of a combination
+_WEAKER = 0.5  # greatest amplitude of a combination, relative to its stronger parent
+_CELLS = 0.3  # cells: greatest mean distance of a combination from its expected frequency
+_MAINS = 0.004  # relative deviation of a grid's frequency
 _HARMONICS = 12
-_TONE = 0.25  # cells: standard deviation of its places
-_SWING_HZ = (10.0, 100.0)  # clearances of 25 um to 2.5 mm
-_HORIZONTAL = 0.8  # share of x in a swing's power
-_SECOND = 0.01  # of the first swing's amplitude: what is weaker is not taken for another swing
+_TONE = 0.25  # cells: greatest standard deviation of the frequency of a tone
+_SWING_HZ = (10.0, 100.0)  # for clearances of 2.5 mm to 25 um
+_HORIZONTAL = 0.8  # least share of x in a swing's power
+_SECOND = 0.01  # of the stronger swing's amplitude: a weaker line is not taken for the other swing
 
 
 class Band(NamedTuple):
-    """Where a line of constant frequency has a name: from `low` to `high`, Hz; `swing` for one of the rotor in the clearance."""
+    """Band from `low` to `high`, Hz, in which a line of constant frequency gets a name; `swing` for swings in the clearance."""
 
     name: str
     low: float
@@ -40,7 +40,7 @@ class Band(NamedTuple):
 
 
 def order_name(order: float) -> str:
-    """Return "1X", "1/2X", "4.75X"."""
+    """Return the name of an order, such as "1X", "1/2X" or "4.75X"."""
     fraction = Fraction(order).limit_denominator(3)
     if abs(fraction - order) > 1e-9:
         return f"{order:.2f}X"
@@ -50,7 +50,7 @@ def order_name(order: float) -> str:
 def name_constants(
     traces: Sequence[Trace], mains_hz: float, resolution: float, expected: Sequence[Band]
 ) -> list[Trace]:
-    """Name the lines of constant frequency; mains lines change their kind.
+    """Name the lines of constant frequency; mains lines get the kind "mains".
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def name_constants(
 
 
 def _median(height: np.ndarray) -> Estimate:
-    """Median of an amplitude that is steady: where other lines cross it, it is none of its own."""
+    """Return the median amplitude of a steady line, which is robust against other lines that cross it."""
     middle = float(np.median(height))
     spread = 1.4826 * float(np.median(np.abs(height - middle)))
     return Estimate.from_sigma(
@@ -107,7 +107,7 @@ def _height(trace: Trace) -> float:
 
 
 def _mains(traces: Sequence[Trace], mains_hz: float, resolution: float) -> list[tuple[int, int]]:
-    """Lines at multiples of the mains that are tones (a mode wanders about its frequency) and do not decay."""
+    """Return index and multiple of lines at mains multiples that are tones (a mode's frequency fluctuates) and do not decay."""
     found = []
     for i, trace in enumerate(traces):
         n = round(_hz(trace) / mains_hz)
@@ -120,9 +120,9 @@ def _mains(traces: Sequence[Trace], mains_hz: float, resolution: float) -> list[
 
 
 def _swings(traces: Sequence[Trace], expected: Sequence[Band], mains: set[int]) -> dict[str, int]:
-    """The swings: the strongest horizontal line in each of their bands, or else the two strongest of all.
+    """Return the swings by name: the strongest horizontal line in each of their bands, or without bands the two strongest of all.
 
-    A shaft that whirls round its clearance and a floor that shakes draw lines in those bands too, which are not horizontal.
+    A shaft in full whirl and a vibrating floor cause lines in those bands too, but not horizontal ones.
     """
     bands = [band for band in expected if band.swing]
     free = [i for i, trace in enumerate(traces) if i not in mains and trace.horizontal >= _HORIZONTAL]
@@ -140,7 +140,7 @@ def _swings(traces: Sequence[Trace], expected: Sequence[Band], mains: set[int]) 
 
 
 def _combination(trace: Trace, traces: Sequence[Trace], parents: dict[str, int], resolution: float) -> str:
-    """Return the name of the lowest combination of swings that the line follows, or nothing."""
+    """Return the name of the lowest-order combination of swings that the line follows; "" if there is none."""
     names = list(parents)[:2]
     ways = [(a, b) for a in range(_ORDERS + 1) for b in range(-_ORDERS, _ORDERS + 1) if 2 <= a + abs(b) <= _ORDERS]
     if len(names) == 1:
@@ -166,7 +166,7 @@ def _combination(trace: Trace, traces: Sequence[Trace], parents: dict[str, int],
 
 
 def _sum_name(terms: list[tuple[int, str]]) -> str:
-    """Return "2 x swing 1", "swing 2 - swing 1"."""
+    """Return the name of a combination, such as "2 x swing 1" or "swing 2 - swing 1"."""
     first, *rest = sorted(terms, key=lambda term: -term[0])
 
     def times(n: int, name: str) -> str:

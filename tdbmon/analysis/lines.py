@@ -1,11 +1,11 @@
 """The spectral lines of a run-down: orders of rotation, constant frequencies, mains.
 
-Two sets of spectra are searched by one rule: spectra against time, where a constant frequency stays in its cell, and
-spectra over equal angles, where an order does.  A line stands out there in 4 of 8 windows (`cfar`: at most one record of
+Two sets of spectra are searched by one rule: spectra against time, in which a constant frequency stays in its cell, and
+spectra over shaft angle, in which an order does.  A line is detected in 4 of 8 windows (`cfar`: at most one record of
 noise in a hundred raises an alarm) and obeys the law of its set (`ridge`): the exponent p in "frequency ~ speed^p" is 0
-or 1 and surely not the other.  What obeys neither, such as the sidebands "1X - swing" that the arc makes on which the
-rotor swings, is not a line; what the speed changed too little to decide is left out, and so most lines of records of less
-than a second or two are.
+or 1, and the other value is excluded.  A peak that obeys neither, such as a sideband "1X - swing" caused by the arc on which
+the rotor swings, is not a line; one for which the speed changes too little to decide is omitted, as are most in records of
+less than a second or two.
 """
 
 from __future__ import annotations
@@ -30,46 +30,46 @@ Direction = Literal["forward", "backward", "both"]
 
 _LONGEST_S = 1.0
 _REVOLUTIONS = 32
-_SHARE = (cfar.WINDOWS + 1) / 2  # a short record must hold the windows of one decision
+_SHARE = (cfar.WINDOWS + 1) / 2  # window lengths that a short record must hold, for the windows of one decision
 _TOP_HZ = 1000.0
 _TOP_ORDER = 12.0
-_SLOWEST = 0.02  # of the highest speed: below, the angle is not followed
-_SAME = 1.5  # cells within which two channels show one line
-_ROUND = 3.0  # a direction is named where its circle is so many times the other: an orbit half as wide as long
-_LOBE = 6.0  # cells: main lobe of the window, and what a line moves within it
-_HIDING = 0.3  # of what the order shows there: a constant line so strong hides it
+_SLOWEST = 0.02  # of the highest speed: below, the shaft angle is not tracked
+_SAME = 1.5  # cells within which ridges of several channels belong to one line
+_ROUND = 3.0  # ratio of forward and backward circles beyond which a direction is named: an orbit half as wide as long
+_LOBE = 6.0  # cells: main lobe of the window, and the drift of a line within it
+_HIDING = 0.3  # of the order's amplitude: a constant line so strong masks it
 _ROUNDING = 1e-12  # of a displacement
-_STEADY = 0.3  # of its first third, in the last third: a line that does not decay
-_BESIDE = 0.7  # cells: a sideband is so near to its place in the mean
+_STEADY = 0.3  # amplitude in the last third relative to the first: more is a line that does not decay
+_BESIDE = 0.7  # cells: greatest mean distance of a sideband from its expected place
 _FREQUENCY = ("mean over its windows", "order over its windows, times the speed at its greatest amplitude")
 _AMPLITUDE = "greatest half-axis over its windows, without those in which a stronger constant line crosses it"
-_FRACTIONS = ((1, 12.0), (2, 4.5), (3, 2.0))  # of an order that rubbing excites, and how far up
-_SIMPLE = 0.005  # relative: an order so near to a simple fraction is one (a filtered speed signal is late)
-_WIDEST = 0.03  # orders: but no further than this
+_FRACTIONS = ((1, 12.0), (2, 4.5), (3, 2.0))  # denominators of orders that rubbing excites, and the highest such order
+_SIMPLE = 0.005  # relative: an order so near to a simple fraction is taken as that (a filtered speed signal lags)
+_WIDEST = 0.03  # orders: upper limit of that tolerance
 
 
 @dataclass(frozen=True)
 class Line:
-    """A line of the spectrum.
+    """A spectral line.
 
     Attributes
     ----------
     kind : {"order", "constant", "mains"}
     order : float or None
-        Multiple of the speed: a simple fraction where it is one, or else as measured.
+        Multiple of the speed: a simple fraction if it is close to one, otherwise as measured.
     frequency : Estimate
-        Mean over the windows, Hz; of an order at the time of its greatest amplitude.
+        Mean over the windows, Hz; for an order, that at the time of its greatest amplitude.
     direction : {"forward", "backward", "both"}
-        Whirl relative to the rotation; "both" where the orbit is less than half as wide as long (to and fro).
+        Whirl relative to the rotation; "both" if the orbit is less than half as wide as long.
     end : str
-        Where it stands out; "both" for both ends.
+        Where it is detected; "both" for both ends.
     amplitude : Estimate
-        Greater half-axis of the line's orbit, 0-pk, m, at the end where it is greater: the greatest over the windows,
-        of an order without those in which a constant line crosses it (what is seen there is not its own); of mains their median.
+        Semi-major axis of the line's orbit, 0-pk, m, at the end where it is greater: maximum over the windows, for an order
+        without those in which a constant line crosses and masks it; median for mains.
     first_s, last_s : float
-        Middle of the first and of the last window in which it stands out, s.
+        Middle of the first and of the last window in which it is detected, s.
     name : str
-        "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name of `expected` ("bounce"), or its frequency.
+        "1X", "1/2X", "mains", "swing 1", "2 x swing 1", "swing 2 - swing 1", a name from `expected` ("bounce"), or its frequency.
     combined : bool
         Whether it is a multiple of another line, or a sum or difference of others.
     """
@@ -88,19 +88,19 @@ class Line:
 
 @dataclass(frozen=True)
 class Trace:
-    """A line with its course: the ridges of several channels as one.
+    """A line and its history over the windows, merged from the ridges of several channels.
 
     Attributes
     ----------
     line : Line
     window : ndarray of int, shape (n,)
-        Of its spectra, rising.
+        Indices of the windows in which it is detected, increasing.
     time, speed, place, height : ndarray, shape (n,)
-        s; Hz; Hz or orders; amplitude at the end where it is greatest, m.
+        Time, s; speed, Hz; frequency, Hz, or order; amplitude at the end where it is greatest, m.
     horizontal : float
         Share of x in its power.
     steady : bool
-        Its amplitude does not decay.
+        Whether its amplitude does not decay.
     """
 
     line: Line
@@ -113,7 +113,7 @@ class Trace:
     steady: bool
 
     def place_at(self, window: np.ndarray) -> np.ndarray:
-        """Place at windows in which it stands out."""
+        """Return frequency or order in given windows, in which it must be detected."""
         return np.asarray(self.place[np.searchsorted(self.window, window)])
 
 
@@ -125,20 +125,20 @@ def find_lines(
     mains_hz: float,
     expected: Sequence[Band] = (),
 ) -> tuple[Line, ...]:
-    """Find the spectral lines of a record and tell orders from constant frequencies.
+    """Find the spectral lines of a record, and distinguish orders from constant frequencies.
 
     Parameters
     ----------
     planes : Dataset
-        ``displacement(end, axis, time)``, m, uniformly sampled but for holes; attribute ``sampling_hz``.
+        ``displacement(end, axis, time)``, m, uniformly sampled except for gaps; attribute ``sampling_hz``.
     speed_time, speed_hz : ndarray, shape (n,)
-        Speed, Hz, on its own samples, s.
+        Times, s, and speed, Hz, on a time base of its own.
     sense : int
-        +1 where the rotor turns from +x towards +y, -1 otherwise.
+        +1 if the rotor turns from +x towards +y, -1 otherwise.
     mains_hz : float
         Frequency of the electric supply, Hz.
     expected : sequence of Band
-        In which the strongest line has a name; nothing is found by them.
+        Bands in which the strongest line gets a name; they do not affect detection.
 
     Returns
     -------
@@ -167,7 +167,7 @@ def find_lines(
 
 
 def spectra_against_time(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray) -> Spectra:
-    """Return the spectra in which a constant frequency keeps its cell, with the speed (Hz) known at times (s)."""
+    """Return the spectra in which a constant frequency stays in its cell, given the speed (Hz) at times (s)."""
     rate = float(planes.attrs["sampling_hz"])
     length = round(min(_LONGEST_S, planes.sizes["time"] / rate / _SHARE) * rate)
     cells = min(length // 2, int(_TOP_HZ * length / rate) + cfar.LAST) + 1
@@ -204,19 +204,19 @@ def _over_angle(planes: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray
 
 
 def _none(planes: xr.Dataset, law: int) -> Spectra:
-    """The spectra of a record that is too short for any."""
+    """Return the empty spectra of a record that is too short."""
     return Spectra(law, np.empty((planes.sizes["end"], 2, 0, 0)), 1.0, np.empty(0), np.empty(0), np.empty((0, 0)))
 
 
 def _spectra_of(signals: np.ndarray, starts: np.ndarray, length: int, cells: int) -> np.ndarray:
     high, low = np.fmax.reduce(signals, axis=-1), np.fmin.reduce(signals, axis=-1)
-    still = high - low <= _ROUNDING * np.maximum(np.abs(high), np.abs(low))  # rounding would draw lines
+    still = high - low <= _ROUNDING * np.maximum(np.abs(high), np.abs(low))  # rounding errors would show as lines
     signals = np.where(still[..., None], 0.0, signals)
     return np.array([[short_time_spectra(s, starts, length, cells, WINDOW) for s in end] for end in signals])
 
 
 def _traces(spectra: Spectra, ends: Sequence[str], sense: int, constants: Sequence[Trace]) -> list[Trace]:
-    """Find the lines of a set of spectra; `constants` hide an order where they cross it."""
+    """Find the lines in a set of spectra; `constants` mask an order where they cross it."""
     ridges, floor = find_ridges(spectra)
     clear = [[[_clear_of(r, spectra, constants) for r in axis] for axis in end] for end in ridges]
     flat = [(r, e, a) for e, end in enumerate(clear) for a, axis in enumerate(end) for r in axis if r is not None]
@@ -230,7 +230,7 @@ def _traces(spectra: Spectra, ends: Sequence[str], sense: int, constants: Sequen
 
 
 def _clear_of(ridge: Ridge, spectra: Spectra, constants: Sequence[Trace]) -> Ridge | None:
-    """Leave out the windows in which a constant line that matters lies within the main lobe of an order."""
+    """Return an order's ridge without the windows in which a strong constant line is within its main lobe; None if few remain."""
     if not constants:
         return ridge
     time, speed = spectra.time[ridge.window], spectra.speed[ridge.window]
@@ -244,7 +244,7 @@ def _clear_of(ridge: Ridge, spectra: Spectra, constants: Sequence[Trace]) -> Rid
 
 
 def _one_line(a: Ridge, b: Ridge, resolution: float) -> bool:
-    """Whether two ridges are in one place; a mode that rings briefly is as uncertain as its interval says."""
+    """Return whether two ridges have the same place, within the intervals too, since a brief mode is uncertain."""
     (_, half_a), (_, half_b) = a.mean(), b.mean()
     return abs(a.middle - b.middle) < _SAME * resolution + min(half_a + half_b, _SAME * resolution)
 
@@ -266,7 +266,7 @@ def _trace(
     cell = np.round(places / spectra.resolution).astype(int)
     c = np.nan_to_num(spectra.coefficients[:, :, window, cell])
     c /= window_gain(WINDOW, places / spectra.resolution - cell) * spectra.gain[window, cell]
-    c = np.where(seen, c, 0.0)  # what a channel holds there without showing the line belongs to another
+    c = np.where(seen, c, 0.0)  # in a channel without a detection the amplitude there is not the line's
     noise = np.nan_to_num(floor[:, :, window, cell])
     circles = np.stack([np.abs(part) for part in forward_backward(c[:, 0], c[:, 1], sense)])
     major = circles.sum(axis=0)
@@ -276,7 +276,7 @@ def _trace(
     steady = bool(np.median(height[-third:]) > _STEADY * np.median(height[:third]))
     peak = int(np.argmax(height - Z95 * sigma[end]))
     speed = float(spectra.speed[window[peak]]) if spectra.law else 1.0
-    whole = seen[end].all(axis=0)  # both axes show it: only there is a direction seen
+    whole = seen[end].all(axis=0)  # a direction needs the detection in both axes
     used = whole if whole.any() else np.ones_like(whole)
     order = _simple(place, half) if spectra.law else None
     line = Line(
@@ -304,7 +304,7 @@ def _end_name(group: list[tuple[Ridge, int, int]], ends: Sequence[str]) -> str:
 
 
 def _is_sideband(trace: Trace, orders: Sequence[Trace], constants: Sequence[Trace], width: float) -> bool:
-    """Whether a broken order is rather another one, longer seen, with a constant line added or subtracted."""
+    """Return whether a non-integer order is rather a sideband: a more persistent order plus or minus a constant line."""
     if (trace.line.order or 0.0).is_integer():
         return False
     own = np.std(trace.place)
@@ -327,7 +327,7 @@ def _direction(forward: float, backward: float) -> Direction:
 
 
 def _simple(order: float, half: float) -> float:
-    """Return the whole number, low half or low third that the order is, or else the order."""
+    """Return the integer, low half or low third that the order agrees with, or else the order itself."""
     for parts, highest in _FRACTIONS:
         near = round(order * parts) / parts
         if 0 < near <= highest and abs(order - near) < min(max(half, _SIMPLE * order), _WIDEST):

@@ -1,4 +1,4 @@
-"""The speed that contacts and the spin-up of the inner rings took, beyond what the drag takes anyway."""
+"""Speed lost to contacts and to the spin-up of the inner rings, in excess of the drag."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ _LEVEL = "speed at the release less the steady speed after the contacts, carried
 
 
 def lost_to_level(initial: Estimate, level: LawFit, release: float) -> Estimate:
-    """Return the speed lost by a rotor that turns steadily after the contacts, Hz."""
+    """Return the speed lost, Hz, by a rotor that turns at a steady speed after the contacts."""
     return _lost(initial, level, release, _LEVEL)
 
 
 def lost_to_law(initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast) -> Estimate:
-    """Return the speed lost by a rotor that slows by a law after the contacts, Hz.
+    """Return the speed lost, Hz, by a rotor that follows a drag law after the contacts.
 
     Parameters
     ----------
@@ -28,16 +28,16 @@ def lost_to_law(initial: Estimate, fit: LawFit, release: float, decay: Estimate,
     fit : LawFit
         To `stretch`.
     release : float
-        s.
+        Instant of the release, s.
     decay : Estimate
-        Its decay time, s: the interval is widened as far as this is less sure than the fit says.
+        Decay time of the law, s: the interval is widened if this is less certain than the fit implies.
     stretch : Coast
     """
     return _turned(_lost(initial, fit, release, _LAW), initial, fit, release, decay, stretch)
 
 
 def _lost(initial: Estimate, fit: LawFit, release: float, method: str) -> Estimate:
-    """Return the speed lost beyond a law."""
+    """Return the speed lost in excess of a law, Hz."""
     if initial.value is None or initial.sigma is None:
         return Estimate.missing("Hz", initial.why)
     lost = initial.value - float(fit.law.speed_at(release))
@@ -46,7 +46,7 @@ def _lost(initial: Estimate, fit: LawFit, release: float, method: str) -> Estima
 
 
 def gained_in(lost: Estimate, begin: float) -> str:
-    """Say that a rotor lost less than nothing to its contacts, s and Hz; empty where the interval reaches to nought."""
+    """Return a remark if the speed lost, Hz, is surely negative, for a law that holds from `begin`, s, on; "" otherwise."""
     if lost.value is None or lost.high is None or lost.high >= 0:
         return ""
     return (
@@ -58,7 +58,10 @@ def gained_in(lost: Estimate, begin: float) -> str:
 def _turned(
     lost: Estimate, initial: Estimate, fit: LawFit, release: float, decay: Estimate, stretch: Coast
 ) -> Estimate:
-    """Widen a speed lost as far as the decay time is less sure than the fit says: its law may turn about its middle."""
+    """Widen the interval of a speed lost if the decay time is less certain than the fit implies.
+
+    The law may then pivot about the middle of the fitted stretch.
+    """
     if lost.value is None or lost.high is None or initial.value is None:
         return lost
     if decay.value is None or not decay.low or not decay.high:

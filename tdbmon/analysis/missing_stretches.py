@@ -1,4 +1,4 @@
-"""Stretches of a record without samples, in which the shaft may have touched its bearing unseen."""
+"""Gaps in a record (stretches without samples) during which the shaft may have touched its bearing unobserved."""
 
 from __future__ import annotations
 
@@ -8,19 +8,19 @@ import numpy as np
 
 from tdbmon.record.probe_checks import SHORT_GAP
 
-_HIDES_S = 1e-3  # of missing samples: as long as a short contact, which nobody then sees
+_HIDES_S = 1e-3  # shortest gap that may hide a contact: the duration of a short contact
 
 
 def too_long(steps: np.ndarray) -> np.ndarray:
-    """Return which steps (n,) of a time axis are too long to be bridged."""
+    """Return a mask of the time steps (n,) that are too long to interpolate across."""
     return np.asarray(steps > (SHORT_GAP + 1.5) * np.median(steps))
 
 
 @dataclass(frozen=True)
 class MissingStretches:
-    """Stretches without samples that are too long to be bridged: the last instant seen before and the next after.
+    """Gaps too long to interpolate across, each as the times of the last sample before and the first one after, s.
 
-    `hiding` are those that may hide a contact: long enough for one, and for the way to the touching radius and from it.
+    `hiding` holds those that may hide a contact: long enough for one and for the shaft to reach the contact radius and return.
     """
 
     spans: tuple[tuple[float, float], ...]
@@ -28,7 +28,7 @@ class MissingStretches:
 
     @classmethod
     def between(cls, t: np.ndarray, beyond: np.ndarray) -> MissingStretches:
-        """Find them between instants, s, at which the shaft is so far beyond the touching radius, m."""
+        """Find the gaps between samples at times `t`, s, where the shaft is `beyond` the contact radius by so much, m."""
         steps = np.diff(t)
         long = too_long(steps)
         fastest = np.max(np.abs(np.diff(beyond))[~long] / np.maximum(steps[~long], 1e-9), initial=0.0)
@@ -40,15 +40,15 @@ class MissingStretches:
         return cls(spans, hiding)
 
     def at(self, instant: float) -> tuple[float, float] | None:
-        """Return the stretch in which an instant lies."""
+        """Return the gap that contains an instant, s; None if there is none."""
         return next((span for span in self.spans if span[0] <= instant <= span[1]), None)
 
     def within(self, start: float, stop: float) -> str:
-        """Say which stretch may hide a contact between two instants, one of which may lie in it; "" where none does."""
+        """Describe the first gap that may hide a contact and overlaps the interval from `start` to `stop`, s; "" if none does."""
         found = [s for s in self.hiding if s[0] < stop and s[1] > start]
         return said(found[0]) if found else ""
 
 
 def said(span: tuple[float, float]) -> str:
-    """Return a stretch, s, in words."""
+    """Return the description of a gap, given by its limits, s."""
     return f"no sample has a value between {span[0]:.5f} s and {span[1]:.5f} s"

@@ -1,8 +1,8 @@
-"""Names of the modes of a shaft on its touchdown bearings: bounce and conical, where it moves as a whole, and bending.
+"""Names of the modes of a shaft on its touchdown bearings: bounce and conical (rigid-body modes), and bending.
 
-On soft supports the two lowest modes bend the shaft little: it bounces with both ends together, or tilts with one end
-against the other.  What stiffer supports leave of that is a question of degree; here the share of the kinetic energy in
-rigid motions decides.
+On soft supports the shaft hardly bends in the two lowest modes: both ends move in phase (bounce) or in antiphase
+(conical).  On stiffer supports the transition to bending modes is gradual; here a mode is a rigid-body mode if these
+motions hold more than half of its kinetic energy.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ from collections.abc import Sequence
 import numpy as np
 from tdbsim.modes import SupportedModes
 
-_RIGID = 2  # of the basis: translation and rotation
-_WHOLE = 0.5  # of the kinetic energy in these: from there on the shaft moves as a whole
+_RIGID = 2  # rigid-body modes at the start of the basis: translation and rotation
+_WHOLE = 0.5  # share of kinetic energy in these, above which a mode is a rigid-body mode
 
 
 def mode_names(modes: SupportedModes, ends: Sequence[float]) -> tuple[str, ...]:
-    """Return "bounce", "conical" or "bending 1" ... for each mode of a plane, by rising frequency.
+    """Return the name of each mode of one plane, by rising frequency: "bounce", "conical" or "bending 1" ...
 
     Parameters
     ----------
     modes : SupportedModes
-        At standstill on round supports, where each stands for both planes.
+        At standstill on isotropic supports, where the modes of both planes coincide.
     ends : sequence of float
         Axial positions of the two touchdown bearings, m.
     """

@@ -1,4 +1,4 @@
-"""What is seen of a rotor's speed about a release and after it: means of its signal, or of the keyphasor's turns."""
+"""Measured rotor speed before and after a release: block means of a speed signal, or means between keyphasor pulses."""
 
 from __future__ import annotations
 
@@ -16,17 +16,18 @@ from tdbmon.record.keyphasor import Pulses
 from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.timebase import usual_interval
 
-_BLOCKS = 2000
-_SAME_SHAFT = 0.05  # a speed signal and pulses that differ by more do not show the same shaft
+_BLOCKS = 2000  # at most, after the release
+_SAME_SHAFT = 0.05  # relative difference beyond which speed signal and pulses do not belong to the same shaft
 NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
 
 
 @dataclass(frozen=True)
 class Observed:
-    """Spans up to the release and after it, and standstill.
+    """Mean speeds up to the release and after it, and the standstill.
 
-    `tick` is what a pulse's time is rounded to, s, where the spans are timed by pulses; `scale_half` the relative half-width of
-    the interval of the scale, where the pulses set it; `delay` by how much the spans' times may be off either way, s.
+    `ratio` is revolutions of the speed signal per pulse; `tick` the resolution of the pulse times, s, if the speed is taken from
+    pulses; `scale_half` the relative half-width of the confidence interval of the signal's scale, if the pulses set it; `delay`
+    the limit of error of the times, either way, s.
     """
 
     lead: Coast
@@ -40,19 +41,20 @@ class Observed:
 
 
 def between(pulses: Pulses) -> Coast:
-    """Mean speeds between neighbouring pulses: over two turns and more where some were missed."""
+    """Return the mean speeds between successive pulses; an interval with missed pulses spans two or more revolutions."""
     _, hz, _ = pulse_speed(pulses)
     return Coast(pulses.times[:-1], pulses.times[1:], hz, pulsed=True)
 
 
 def tick_of(pulses: Pulses | None, time: np.ndarray) -> float:
-    """Return what the times of pulses are rounded to, s: a sample, or less where their edges are seen between samples."""
+    """Return the resolution of the pulse times, s: a sampling period, or less if the edges are interpolated between samples."""
     step = usual_interval(time)
     spread = float("nan") if pulses is None else float(np.sqrt(12) * pulses.sigma)
     return min(step, spread) if np.isfinite(spread) else step
 
 
 def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> Observed:
+    """Return the speed by keyphasor pulses alone, which do not show a standstill; all times in s."""
     last = float(time[-1])
     known = (turns.end - turns.begin)[turns.end <= release]
     begin = release - lead_of(float(np.median(known)) if known.size else 0.0)
@@ -61,7 +63,10 @@ def from_pulses(turns: Coast, time: np.ndarray, release: float, tick: float) -> 
 
 
 def from_signal(time: np.ndarray, signal: np.ndarray, turns: Coast | None, release: float, held: float) -> Observed:
-    """Return the means of a speed signal; its values may be older than their times by up to `held`, s: half is taken off."""
+    """Return the block means of a speed signal, which is calibrated against the pulses if there are any.
+
+    Its values may be older than their time stamps by up to `held`, s; the times are corrected by half of that.
+    """
     last = float(time[-1])
     step = usual_interval(time)
     lead = without_holes(block_means(time, signal, release - lead_of(step), release, 200), time)
@@ -84,7 +89,7 @@ def from_signal(time: np.ndarray, signal: np.ndarray, turns: Coast | None, relea
 
 
 def block_means(time: np.ndarray, speed: np.ndarray, low: float, high: float, count: int) -> Coast:
-    """Means of a speed signal over at most `count` blocks of samples between two times; a sample stands for its period."""
+    """Return the means of a speed signal over at most `count` blocks between two times, s; a sample covers one period."""
     first, stop = np.searchsorted(time, [low, high])
     size = max(int(np.ceil((stop - first) / count)), 1)
     blocks = max((stop - first) // size, 0)
@@ -99,7 +104,7 @@ def block_means(time: np.ndarray, speed: np.ndarray, low: float, high: float, co
 
 
 def _scale(ratio: Estimate) -> tuple[float, str, bool]:
-    """Factor by which the speed signal reads too much, what then is the source, and whether signal and pulses belong."""
+    """Return the scale error of the speed signal, the description of the source, and whether signal and pulses agree."""
     if ratio.value is None or ratio.low is None or ratio.high is None:
         return 1.0, "speed signal", False
     if abs(ratio.value - 1) > _SAME_SHAFT:

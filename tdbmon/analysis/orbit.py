@@ -1,4 +1,4 @@
-"""Orbits of the shaft centre, raw, filtered to 1X and averaged over revolutions; the path of its mean position."""
+"""Orbits of the shaft centre (raw, 1X-filtered, averaged over revolutions) and the shaft centreline."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from tdbmon.analysis.unbroken import pieces
 OrbitKind = Literal["raw", "1X", "averaged"]
 
 _KINDS = ("raw", "1X", "averaged")
-_STEPS = 128  # of angle in an averaged revolution
+_STEPS = 128  # angle steps per averaged revolution
 
 
 def orbit(
@@ -26,7 +26,7 @@ def orbit(
     sense: int = 1,
     mark: float = 0.0,
 ) -> xr.Dataset:
-    """Cut whole revolutions, from one passage of the keyphasor's mark to another.
+    """Return the orbit over whole revolutions, from one passage of the keyphasor mark to another.
 
     Parameters
     ----------
@@ -35,11 +35,11 @@ def orbit(
     angle : ndarray, shape (time,)
         Shaft angle from +x towards +y, rad, continuous; NaN where unknown.
     start_s : float
-        The first passage after this time begins the orbit, s.
+        The orbit begins at the first passage after this time, s.
     revolutions : int
     kind : {"raw", "1X", "averaged"}
-        The samples; the mean position and the 1X fitted to them over these revolutions; or the mean over the
-        revolutions at equal shaft angles.
+        The samples; mean position and 1X component fitted to them over these revolutions; or the synchronous
+        average over the revolutions.
     sense : int
         +1 where the rotor turns from +x towards +y, -1 otherwise.
     mark : float
@@ -48,15 +48,15 @@ def orbit(
     Returns
     -------
     Dataset
-        ``displacement(end, axis, sample)``, m; ``keyphasor(pulse)``, the samples that begin the revolutions (where the
-        dots are drawn).  Coordinates ``time`` (s; not of the average) and ``turned`` (rad since the first pulse).
-        The average has ``deviation(end, axis, sample)``, the standard deviation of one revolution about it, where there
-        are two or more.  Attributes ``kind``, ``speed_hz``, ``start_s``, ``end_s``.
+        ``displacement(end, axis, sample)``, m; ``keyphasor(pulse)``, index of the first sample of each revolution (for
+        the keyphasor dots).  Coordinates ``time`` (s; not for the average) and ``turned`` (rad since the first pulse).
+        An average of two or more revolutions has ``deviation(end, axis, sample)``, the standard deviation of a single
+        revolution about it.  Attributes ``kind``, ``speed_hz``, ``start_s``, ``end_s``.
 
     Raises
     ------
     InputError
-        If `kind` is not known, or the angle is not known over so many revolutions after `start_s`.
+        If `kind` is unknown, `revolutions` is below 1, or the angle is not known over that many revolutions after `start_s`.
     """
     if kind not in _KINDS:
         raise InputError(f"an orbit of kind '{kind}' is not known; one of {', '.join(_KINDS)}")
@@ -70,7 +70,7 @@ def orbit(
     turned, xy = 2 * np.pi * (turns[some] - zero), signals[..., some]
     if kind == "1X":
         xy = _first_order(xy, turned)
-    # the angle at a pulse is a whole number up to rounding, which must not decide on which side of it a sample lies
+    # the tolerance keeps rounding errors from deciding on which side of a pulse a sample lies
     passed = np.searchsorted(turned, 2 * np.pi * (np.arange(revolutions) - 1e-6))
     return xr.Dataset(
         {"displacement": (("end", "axis", "sample"), xy, {"units": "m"}), "keyphasor": ("pulse", passed)},
@@ -85,25 +85,25 @@ def orbit(
 
 
 def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
-    """Mean position over windows that follow each other: the slow path of the shaft centre.
+    """Return the shaft centreline: the mean position over consecutive windows.
 
     Parameters
     ----------
     planes : Dataset
         ``displacement(end, axis, time)``, m; attribute ``sampling_hz``.
     window_s : float
-        Length of a window, s; take it several periods of the swing long.
+        Window length, s; use several periods of the pendulum swing.
 
     Returns
     -------
     Dataset
         ``position`` and ``deviation`` (standard deviation of the samples) ``(end, axis, time)``, m; ``time`` is the
-        middle of each window, s.  A window that holds NaN gives NaN; none spans a hole in the time axis.
+        centre of each window, s.  A window that contains NaN gives NaN; no window spans a gap in the time axis.
 
     Raises
     ------
     InputError
-        If the record is shorter than a window, or a window than two samples.
+        If the record is shorter than a window, or a window is shorter than two samples.
     """
     rate, samples = float(planes.attrs["sampling_hz"]), planes.sizes["time"]
     length = round(window_s * rate)
@@ -128,7 +128,7 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
 
 
 def _whole(time: np.ndarray, turns: np.ndarray, start_s: float, revolutions: int) -> tuple[int, int, int]:
-    """First and last sample of the revolutions after `start_s`, and the number of the first one."""
+    """Return first and last sample of the revolutions after `start_s`, and the number of the first revolution."""
     if revolutions < 1:
         raise InputError(f"an orbit of {revolutions} revolutions cannot be cut; give 1 or more")
     after = np.flatnonzero((time >= start_s) & np.isfinite(turns))

@@ -1,9 +1,9 @@
-"""Order tracking: amplitude and phase lag of the multiples of rotation (1X, 2X, ...) through the run-down.
+"""Order tracking: amplitude and phase lag of the multiples of the rotor speed (1X, 2X, ...) during the run-down.
 
-The displacement is averaged over equal steps of shaft angle, where an order of rotation is a tone at a fixed place
-whatever the speed does, and Fourier coefficients are taken at the order over windows of whole revolutions (angle
-resampling; K. R. Fyfe and E. D. S. Munck, Mech. Syst. Signal Process. 11, 1997, 187-205).  Blackman-Harris windows, since
-the swing in the clearance is a hundred times greater than what stands beside it.
+The displacement is resampled to equal steps of shaft angle, in which an order has a constant frequency whatever the
+speed does, and Fourier coefficients are computed at each order over windows of whole revolutions (computed order
+tracking; K. R. Fyfe and E. D. S. Munck, Mech. Syst. Signal Process. 11, 1997, 187-205).  Blackman-Harris windows limit
+leakage, since the swing in the clearance is a hundred times larger than the lines beside it.
 """
 
 from __future__ import annotations
@@ -18,29 +18,29 @@ from tdbmon.analysis.missing_stretches import too_long
 from tdbmon.analysis.spectrum import cosine_window, window_gain
 from tdbmon.record.timebase import usual_interval
 
-PER_TURN = 128  # steps of angle a revolution: below 1 Hz the rotor's lines still fold to no order that is looked at
-_ORDERS = np.array([1.0, 2.0])  # of the speed
-_REVOLUTIONS = 32  # a window: an order is told from lines 4/32 of an order away
-_HOPS = 8  # windows begin every eighth of a window
-_HIGHEST = 0.4  # of the sampling rate: above, the loss in averaging is no longer made good
-_FEWEST = 4  # revolutions in a window, and windows in a record
-_BESIDE = np.array([-3, -2, 2, 3])  # bins at which a steady tone leaves little, and noise and neighbours show
+PER_TURN = 128  # angle steps per revolution: even below 1 Hz no line of the rotor aliases to an order of interest
+_ORDERS = np.array([1.0, 2.0])  # multiples of the speed
+_REVOLUTIONS = 32  # per window: lines 4/32 of an order apart are resolved
+_HOPS = 8  # hops per window length (overlap of 7/8)
+_HIGHEST = 0.4  # share of the sampling rate above which the averaging loss is no longer compensated
+_FEWEST = 4  # minimum of revolutions per window, and of window lengths per record
+_BESIDE = np.array([-3, -2, 2, 3])  # bins with little of a steady tone, in which noise and neighbouring lines show
 
 
 @dataclass(frozen=True)
 class Turns:
-    """Signals averaged over equal steps of shaft angle.
+    """Signals resampled by averaging over equal steps of shaft angle.
 
     Attributes
     ----------
     values : ndarray, shape (..., n * PER_TURN)
-        NaN where the angle or the signal is not known, and over a hole in the time axis.
+        NaN where the angle or the signal is unknown, and across a gap in the time axis.
     edges : ndarray, shape (n * PER_TURN + 1,)
-        Times at which the steps begin and end, s.
+        Times of the limits of the steps, s.
     start : float
         Angle turned through at the first edge, rad.
     rate : float
-        Sampling rate of the signals before, Hz.
+        Sampling rate of the original signals, Hz.
     """
 
     values: np.ndarray
@@ -49,33 +49,33 @@ class Turns:
     rate: float
 
     def gain(self, order: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        """What averaging leaves of a tone: the mean of two neighbouring samples, held, then the mean over a step."""
+        """Return the gain of the resampling for a tone: trapezoidal mean of two samples, then mean over an angle step."""
         share = np.minimum(order * speed / self.rate, _HIGHEST)
         return np.asarray(np.sinc(order / PER_TURN) * np.sinc(share) * np.cos(np.pi * share))
 
     def speed(self, first: np.ndarray, steps: int) -> np.ndarray:
-        """Mean speed over `steps` steps of angle from `first` on, Hz."""
+        """Return the mean speed over `steps` angle steps from `first` on, Hz."""
         return np.asarray(steps / PER_TURN / (self.edges[first + steps] - self.edges[first]))
 
 
 def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns:
-    """Average signals over equal steps of angle.
+    """Resample signals to equal steps of shaft angle.
 
-    The mean over a step (from the integral by the trapezoidal rule) keeps what is faster than the steps from folding
-    onto low orders; `Turns.gain` is what it takes from a tone.
+    The mean over each step (from the integral by the trapezoidal rule) is the anti-aliasing filter; `Turns.gain` is its
+    effect on a tone.
 
     Parameters
     ----------
     signals : ndarray, shape (..., samples)
     time : ndarray, shape (samples,)
-        Uniform but for holes, s.
+        Uniform except for gaps, s.
     turned : ndarray, shape (samples,)
-        Angle turned through, rad, never falling; NaN where unknown.
+        Angle turned through, rad, non-decreasing; NaN where unknown.
 
     Returns
     -------
     Turns
-        Whole revolutions; none where less than one is known, or they are sampled less than twice each.
+        Whole revolutions; empty if less than one is known, or if there are fewer than two samples per revolution.
     """
     known = np.flatnonzero(np.isfinite(turned))
     step = usual_interval(time) if len(time) > 1 else 0.0
@@ -87,7 +87,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
     count = int(turns) * PER_TURN
     if count == 0 or turns > (at[-1] - at[0]) / (
         2 * step
-    ):  # sampled less than twice a turn, or a speed in a wrong unit
+    ):  # fewer than two samples per revolution, or a speed in a wrong unit
         return empty
     edges = np.interp(angle[0] + 2 * np.pi / PER_TURN * np.arange(count + 1), angle, at)
     width = np.maximum(np.diff(edges), 1e-12)
@@ -98,7 +98,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
         values[index] = np.diff(np.interp(edges, time, _integral(signal, step))) / width
         if lost[index].any():
             values[index][np.diff(np.interp(edges, time, _integral(lost[index].astype(float), step))) > 0] = np.nan
-    if known.size <= known[-1] - known[0]:  # the angle is not known throughout
+    if known.size <= known[-1] - known[0]:  # the angle has gaps
         unknown = np.interp(edges, time, _integral(np.isnan(turned).astype(float), step))
         values[..., np.diff(unknown) > 0] = np.nan
     holes = np.append(0, np.cumsum(too_long(np.diff(time))))
@@ -108,6 +108,7 @@ def resample(signals: np.ndarray, time: np.ndarray, turned: np.ndarray) -> Turns
 
 
 def _integral(signal: np.ndarray, step: float) -> np.ndarray:
+    """Return the running integral by the trapezoidal rule."""
     out = np.empty(len(signal))
     out[0] = 0.0
     np.cumsum((signal[1:] + signal[:-1]) * (step / 2), out=out[1:])
@@ -115,7 +116,7 @@ def _integral(signal: np.ndarray, step: float) -> np.ndarray:
 
 
 def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -> np.ndarray:
-    """Fourier coefficients of the signals at orders of rotation, over Blackman-Harris windows.
+    """Return Fourier coefficients of resampled signals at given orders, over Blackman-Harris windows.
 
     Parameters
     ----------
@@ -124,17 +125,17 @@ def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -
     revolutions : int
         Length of a window.
     hop : int
-        Steps of angle from one window to the next.
+        Angle steps from one window to the next.
 
     Returns
     -------
     ndarray of complex, shape (..., frames, m)
-        ``c`` in ``signal = Re sum c exp(j order angle)``, the angle counted as in `Turns.start`; NaN where a window
-        holds NaN.
+        ``c`` in ``signal = Re sum c exp(j order angle)``, with the angle's origin as in `Turns.start`; NaN where a window
+        contains NaN.
     """
     length = revolutions * PER_TURN
     weight = cosine_window("blackman-harris", length)
-    step = np.arange(length) + 0.5  # the mean over a step belongs to its middle
+    step = np.arange(length) + 0.5  # the mean over a step refers to its centre
     kernel = np.exp(-2j * np.pi * step[:, None] * orders / PER_TURN) * (2 * weight / weight.sum())[:, None]
     values = np.isfinite(turns.values).sum(axis=-1, keepdims=True)
     centred = turns.values - np.nansum(turns.values, axis=-1, keepdims=True) / np.maximum(values, 1)
@@ -146,7 +147,7 @@ def coefficients(turns: Turns, orders: np.ndarray, revolutions: int, hop: int) -
 
 
 def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
-    """Follow 1X and 2X through the record, over windows of 32 revolutions, or a quarter of the record's if that is less.
+    """Track 1X and 2X through the record, over windows of 32 revolutions, or a quarter of the record's if that is less.
 
     Parameters
     ----------
@@ -160,14 +161,14 @@ def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
     Returns
     -------
     Dataset
-        Over ``order``, ``end``, ``time`` (middle of the window, s; coordinate ``speed``, Hz):
+        Over ``order``, ``end``, ``time`` (centre of the window, s; coordinate ``speed``, Hz):
         ``forward``, ``backward`` (radii of the two circles, m), ``forward_lag``, ``backward_lag``,
         ``forward_sigma``, ``backward_sigma``; and with ``axis``: ``amplitude`` (0-pk, m), ``lag``, ``sigma``.
-        Lags are in rad, positive against the rotation: the angle by which the high spot passes after the shaft's zero
-        mark; that of the backward circle is the lag of its mirror image in the x axis.  ``sigma`` is the standard
-        deviation of an amplitude, and divided by it that of its lag: from what the window holds beside a steady tone,
-        averaged over a window to both sides, so that a line that crosses the order widens it; a line that stays on
-        the order is not told from it.  No time at all where the angle covers fewer than 16 revolutions.
+        Lags are in rad, positive against the rotation: the angle from the passage of the shaft's zero mark to that of the
+        high spot; for the backward circle, the lag of its mirror image in the x axis.  ``sigma`` is the standard deviation
+        of an amplitude; divided by the amplitude, that of its lag.  It is estimated from the bins beside the order, averaged
+        over one window length to either side, so that a line crossing the order increases it; a line that stays on the
+        order cannot be separated.  ``time`` is empty if the angle covers fewer than 16 revolutions.
 
     Raises
     ------
@@ -189,7 +190,7 @@ def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
     c = c.reshape(*c.shape[:-1], *beside.shape)  # (end, axis, window, order, bin)
     first = np.arange(c.shape[2]) * hop
     centre = turns.start + 2 * np.pi / PER_TURN * (first + length / 2)
-    local = c * np.exp(1j * centre[:, None, None] * beside)  # phases counted from the window's middle: bins compare
+    local = c * np.exp(1j * centre[:, None, None] * beside)  # phases relative to the window centre, alike in all bins
     residual = local[..., 1:] - local[..., :1] * window_gain("blackman-harris", _BESIDE.astype(float))
     about = length // hop  # windows that begin within one window's length
     noise = np.stack([_noise(r, about) for r in _parts(residual, sense)])
@@ -198,7 +199,7 @@ def track(planes: xr.Dataset, angle: np.ndarray, sense: int = 1) -> xr.Dataset:
 
 
 def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarray:
-    """Return the angle turned through, rad, which never falls.
+    """Return the angle turned through in the direction of rotation, rad, which never decreases.
 
     Raises
     ------
@@ -215,13 +216,13 @@ def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarra
 
 
 def _parts(c: np.ndarray, sense: int) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Coefficients of x, of y, of the forward circle and of the backward one's mirror image; `c` is (end, axis, ...)."""
+    """Return the coefficients of x, y, the forward circle and the backward one's mirror image; `c` is (end, axis, ...)."""
     x, y = c[:, 0], c[:, 1]
     return x, y, (x + 1j * sense * y) / 2, (x - 1j * sense * y) / 2
 
 
 def _noise(residual: np.ndarray, about: int) -> np.ndarray:
-    """Standard deviation of a coefficient's real part from residuals (end, window, order, bin)."""
+    """Return the standard deviation of a coefficient's real part, from residuals (end, window, order, bin)."""
     power = (np.abs(residual) ** 2).mean(axis=-1) / 2
     known = np.isfinite(power)
     total = np.cumsum(np.pad(np.where(known, power, 0.0), ((0, 0), (1, 0), (0, 0))), axis=1)

@@ -1,7 +1,7 @@
-"""Do the probes see a world in which things fall down?  A check on their directions, by the record itself.
+"""Check of the probe orientations by the record itself: the shaft must come to rest at the bottom of the clearance.
 
-Gravity is the one force whose direction is known: the shaft must come to rest at the bottom of the clearance.  (That the
-levitated orbit goes with the rotation is checked at the door, in `tdbmon.record.direction_checks`.)
+Gravity is the only force whose direction is known.  (Whether the levitated orbit is forward is checked when the record is
+read, in `tdbmon.record.direction_checks`.)
 """
 
 from __future__ import annotations
@@ -18,8 +18,8 @@ from tdbmon.analysis.whirl import Whirl
 from tdbmon.record.finding import Check
 from tdbmon.record.samples import times_of
 
-_BOTTOM_DEG = 20.0  # friction and an uneven seat let a rotor rest a little beside the bottom
-_NEARER = 0.5  # times the angle that a cause must leave at most, beside being within that
+_BOTTOM_DEG = 20.0  # friction and an uneven seat may hold a rotor slightly off the bottom
+_NEARER = 0.5  # a cause must also reduce the angle from the bottom to this share at most
 
 
 def check_orientation(
@@ -31,31 +31,31 @@ def check_orientation(
     checks: Sequence[Check] = (),
     whirl: Mapping[str, Whirl] | None = None,
 ) -> list[Check]:
-    """Check the rest position of each end.
+    """Check that the rest position of each end is at the bottom of its clearance.
 
     Parameters
     ----------
     planes : Dataset
         Result of `to_planes`.
     record : Dataset
-        Probes in m (for trying other directions).
+        Probes in m (to test other orientations).
     machine : Machine
     release_s : float or None
-        The release; the record's start where it is not known.
+        The release, s; None if unknown, and the start of the record is used.
     back : mapping
-        What `returned` says of each end.
+        Result of `returned` for each end.
     checks : sequence of Check
-        Of the channels: an end with a probe out of its range or cut off is not accused, for that says where to look first.
-        Where the levitated orbit goes with the rotation, a single inversion or an exchange alone is none.
+        Of the channels: an end with a probe out of range or clipped gets no failed check, since that is the first thing to
+        mend.  If the levitated orbit is forward, a single inverted probe or an exchange alone is ruled out.
     whirl : mapping, optional
         Whirl of the ends: one that whirls when the record ends is not at rest.
 
     Returns
     -------
     list of Check
-        One row an end; a failed one names the likely cause.  An end that is back where it levitated has the row "stays down"
-        instead: that tells nothing of directions.  None where the record ends before the shaft is at rest: while it whirls,
-        or bounces so widely that its mean place is no place of rest.
+        One check per end; a failed one names the likely cause.  An end that has returned to its levitated position has the
+        check "stays down" instead, as it says nothing about orientation.  No check if the record ends before the shaft is at
+        rest: while it whirls, or bounces so widely that its mean position is no rest position.
     """
     rows: list[Check] = []
     time = planes.time.to_numpy()
@@ -86,7 +86,7 @@ def check_orientation(
 
 
 def _restless(tail: np.ndarray, rest: np.ndarray, before: np.ndarray) -> bool:
-    """True where the shaft moves (rms) wider than its mean place lies from where it levitated, or else the probes' zero."""
+    """Return True if the rms motion exceeds the distance of the mean position from the levitated one (or the probes' zero)."""
     levitated = np.nanmean(before, axis=1) if np.isfinite(before).all(axis=0).any() else np.zeros(2)
     moves = np.sqrt(np.nanmean(np.sum((tail - rest[:, None]) ** 2, axis=0)))
     return bool(moves > np.hypot(*(rest - levitated)))
@@ -110,16 +110,16 @@ def _rest_row(
 
 
 def _from_bottom(rest: np.ndarray) -> float:
-    """Angle of a position from straight down, degrees, positive towards +x."""
+    """Return the angle of a position from straight down, degrees, positive towards +x."""
     return float(np.rad2deg(np.arctan2(rest[0], -rest[1])))
 
 
 def _likely_cause(
     end: str, record: xr.Dataset, machine: Machine, release_s: float | None, samples: int, forward: bool | None
 ) -> str:
-    """Try a zero that is off, then inverted, swapped and turned probes; name what would put the shaft at the bottom.
+    """Return the cause that would put the shaft at the bottom: a zero offset, then inverted, swapped or rotated probes.
 
-    `forward` says whether the levitated orbit goes with the rotation, which an odd number of faults would turn about.
+    `forward` is whether the levitated orbit is forward, which an odd number of faults would reverse; None if unknown.
     """
     probes = [p for p in machine.probes_at(end) if p.name in record]
     if len(probes) != 2:
@@ -149,7 +149,7 @@ def _likely_cause(
         if swap:
             parts.insert(0, f"probes '{probes[0].name}' and '{probes[1].name}' are swapped")
         cures = ["exchange their channels in [channels]"] if swap else []
-        if min(signs) < 0:  # holds of readings in volts and in um; a sensitivity would tell nothing of the latter
+        if min(signs) < 0:  # valid for readings in V and in um; the sign of a sensitivity would not affect the latter
             turned = " and ".join(f"'{p.name}'" for p, s in zip(probes, signs, strict=True) if s < 0)
             cures.append(f"add 180 deg to the angle of {turned}")
         found.append((swap + signs.count(-1), " and ".join(parts), " and ".join(cures)))
@@ -160,7 +160,7 @@ def _likely_cause(
 
 
 def _levitated(probes: list[Probe], record: xr.Dataset, release_s: float | None) -> np.ndarray | None:
-    """Return what the probes read before the release, m; None where the record does not show it."""
+    """Return the mean probe readings before the release, m; None if the record does not show them."""
     if release_s is None:
         return None
     before = [record[p.name].to_numpy()[times_of(record[p.name]) < release_s] for p in probes]

@@ -1,6 +1,6 @@
-"""The phases of a drop: levitated, fall, contacts, run-down, rest; fall and contacts are one where no first contact is told.
+"""Phases of a drop: levitated, fall, contacts, run-down, rest; fall and contacts are one phase if no first contact is known.
 
-One that is taken up again is levitated again after them.
+A rotor that is relevitated is levitated again after them.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from itertools import accumulate
 
 @dataclass(frozen=True)
 class Phase:
-    """A stretch of the record, s."""
+    """A named stretch of the record, from `start` to `end`, s."""
 
     name: str
     start: float
@@ -26,10 +26,10 @@ def split_phases(
     settled: float | None,
     standstill: float | None,
 ) -> tuple[Phase, ...]:
-    """Return the phases that the record holds, in order; an unknown border ends the list of what can be told apart.
+    """Return the phases that the record contains, in order; one whose start is unknown is merged with the one before.
 
-    Parameters are times in s; None where not known.  One that comes before an earlier border, as the standstill of a rotor that
-    has not settled yet, begins there.
+    Parameters are times in s; None if unknown.  A phase whose start lies before that of an earlier one, such as the standstill
+    of a rotor that has not settled yet, begins together with it.
     """
     fall = "fall" if first_contact is not None else "fall and contacts"
     borders = [("levitated", start), (fall, release), ("contacts", first_contact), ("run-down", settled)]

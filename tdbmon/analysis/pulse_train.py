@@ -1,4 +1,4 @@
-"""The keyphasor's pulses as a measure of speed: exact in scale and zero, timed to one sample."""
+"""Keyphasor pulses as the reference of a speed signal: exact in scale and zero, timed to one sample."""
 
 from __future__ import annotations
 
@@ -7,22 +7,22 @@ import numpy as np
 from tdbmon.analysis.drag_law import Coast
 from tdbmon.estimate import Z95, Estimate
 
-_COMPARED = 60  # pulses: few carry all that the comparison needs
+_COMPARED = 60  # pulses used in the fit: so few carry all the information
 _FEWEST = 24  # block means
-_MISCOUNTED = 0.5  # turns
-_LEAP, _OUT = 0.03, 10.0  # turns, and standard deviations of the others
+_MISCOUNTED = 0.5  # revolutions
+_LEAP, _OUT = 0.03, 10.0  # limits of a jump: revolutions, and robust standard deviations
 
 
 def compare_with_pulses(
     after: Coast, turns: Coast, step: float, with_zero: bool, delay: float
 ) -> tuple[Estimate, tuple[float, float] | None]:
-    """Compare the speed signal's revolutions with the pulses counted.
+    """Return the ratio of the speed signal's revolutions to the pulses counted, by generalised least squares.
 
-    Generalised least squares: a pulse is timed to a sample, the summed noise of the signal is a random walk.  The rounding to
-    samples is not random where a turn lasts nearly whole samples: it may drift by one over the train, by which the interval of
-    the ratio is wider.  A miscounted turn, as of pulses shorter than a sample, would pass for a share of the scale: where the
-    two part by half a turn from one pulse to the next, there is no ratio; nor where samples that were lost make them leap
-    apart by less.
+    The covariance has the pulse times rounded to a sample and the integrated noise of the signal as a random walk.  The rounding
+    is not random if a revolution lasts nearly a whole number of samples: it may drift by one sample over the pulse train, and the
+    interval of the ratio includes that.  A miscounted revolution, as with pulses shorter than a sample, would bias the scale: no
+    ratio is returned if signal and pulses differ by half a revolution between two pulses, or jump by less because samples were
+    lost.
 
     Parameters
     ----------
@@ -33,16 +33,16 @@ def compare_with_pulses(
     step : float
         Sampling period, s.
     with_zero : bool
-        Whether the rotor comes to rest in the record, so that the signal's zero can be told from its scale.
+        Whether the rotor comes to rest in the record, so that zero and scale of the signal can be separated.
     delay : float
-        By how much the signal's times may be off either way, s.
+        Limit of error of the signal's times, either way, s.
 
     Returns
     -------
     ratio : Estimate
-        Revolutions a pulse.
+        Revolutions per pulse.
     zero : (float, float) or None
-        The signal's reading at rest and its standard deviation, Hz, if asked for.
+        Zero offset of the signal and its standard deviation, Hz, if requested.
     """
     turns = turns.between(float(after.begin[0]), float(after.end[-1])) if len(after) else turns
     if len(after) < _FEWEST or len(turns) < 6:
@@ -56,11 +56,11 @@ def compare_with_pulses(
     each = np.column_stack([np.diff(counted), np.diff(turned), np.diff(times)])
     some = np.unique(np.linspace(0, len(times) - 1, _COMPARED).astype(int))
     times, speeds, counted, turned = times[some], speeds[some], counted[some], turned[some]
-    bend = np.abs(np.gradient(speeds, times)) * block**2 / 8  # of the curve within a block
-    scatter = float(np.var(np.diff(after.mean, 2)) / 6) * block  # rev^2 a second
+    bend = np.abs(np.gradient(speeds, times)) * block**2 / 8  # error of linear interpolation within a block
+    scatter = float(np.var(np.diff(after.mean, 2)) / 6) * block  # variance of the random walk, rev^2/s
     since = times - times[0]
     covariance = np.diag((speeds * step) ** 2 / 12 + bend**2) + scatter * np.minimum.outer(since, since)
-    covariance += (0.5 * step) ** 2 * np.outer(speeds, speeds)  # where within its sample an edge is timed is not known
+    covariance += (0.5 * step) ** 2 * np.outer(speeds, speeds)  # unknown common offset of the edges within a sample
     columns = np.column_stack([counted, np.ones(len(times)), *([since] if with_zero else [])])
     weight = np.linalg.inv(np.linalg.cholesky(covariance))
     solution, *_ = np.linalg.lstsq(weight @ columns, weight @ turned, rcond=None)
@@ -81,9 +81,10 @@ def compare_with_pulses(
 
 
 def _leapt(apart: np.ndarray, seconds: np.ndarray, sample: float) -> np.ndarray:
-    """Return which intervals (n,) part far more than the others, where `sample` is a sample in turns.
+    """Return a mask of the intervals (n,) in which signal and pulses differ far more than in the others.
 
-    Long ones, of a shaft that comes to rest, are not judged: they hold more of the signal's noise.
+    `sample` is a sampling period in revolutions.  Long intervals, of a shaft coming to rest, are not judged: they accumulate
+    more of the signal's noise.
     """
     off = np.abs(apart - np.median(apart))
     limit = max(_LEAP, 3 * sample, _OUT * 1.4826 * float(np.median(off)))

@@ -1,10 +1,10 @@
-"""The instant at which the magnetic field let go, found in the record itself.
+"""Release of a drop: the instant at which the magnetic bearings let go of the rotor, estimated from the displacement.
 
-Before it the shaft stands in its levitated orbit: a constant and once per revolution, with twice per revolution, higher orders
-that stand out, and the mains, which the probes see of the shaft's surface and of the wiring and which go on as they were.
-After it the rotor falls freely: a parabola under gravity, once per revolution about its inertia axis, and the sag between the
-magnetic bearings springs back in the lowest bending modes.  Position and velocity do not jump.
-`tdbmon.analysis.release_fit` joins the two, and `tdbmon.analysis.release_search` finds the instant.
+Before it the shaft is in its levitated orbit: mean position and 1X, with 2X, significant higher orders and mains hum, which are
+run-out of the probe tracks and pick-up of the wiring and continue unchanged.  After it the rotor falls freely: a parabola under
+gravity, 1X rotation about its inertia axis, and the relaxation of the sag between the magnetic bearings in the lowest bending
+modes.  Position and velocity are continuous.
+`tdbmon.analysis.release_fit` fits the two together, and `tdbmon.analysis.release_search` finds the instant.
 """
 
 from __future__ import annotations
@@ -35,36 +35,36 @@ from tdbmon.quantity import percent
 from tdbmon.record.probe_checks import SHORT_GAP
 from tdbmon.runs import runs_of
 
-_CLEAR_S = 0.012  # before the orbit is left: surely levitated
-_LEVITATED_S = 0.2  # before the orbit is left: so much of it is fitted
-_LATEST_S = 0.004  # after the orbit is left: until then the release is sought
-_LONGER = 1.08  # of the fall's length, where each probe's fall is looked at: still short of the turning point
-_UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees the fall
-# bending modes that may spring back, and up to which frequency: there gravity over its square is a quarter of a micrometre
+_CLEAR_S = 0.012  # before the shaft leaves its orbit: certainly levitated until then
+_LEVITATED_S = 0.2  # levitated stretch that is fitted, before the shaft leaves its orbit
+_LATEST_S = 0.004  # after the shaft leaves its orbit: end of the search for the release
+_LONGER = 1.08  # of the fall's length, for the shares of gravity by probe: still before the rebound
+_UPRIGHT = 0.5  # least sine of a probe's angle for it to measure the fall
+# bending modes of the sag, and their highest frequency, at which gravity over its square is a quarter of a micrometre
 _BENDING_MODES, _SAGS_HZ = 4, 1000.0
-_SEEN_HZ = 0.25  # of the sampling rate: a mode above shows in no record
-_SHARE_ERROR = 0.01  # of gravity: what the laws leave out of a fall, standard deviation a probe
-_UPWARDS = 0.5  # of gravity, beyond the orbit's turning: the probes' signs are wrong
-_LEAST_FALL = 0.15  # of gravity: ends that fall with less all together do not fall
+_SEEN_HZ = 0.25  # of the sampling rate: modes above are not resolved
+_SHARE_ERROR = 0.01  # of gravity: standard deviation of the model error of a probe's fall
+_UPWARDS = 0.5  # upward acceleration over gravity, beyond that of the orbit, which proves wrong probe signs
+_LEAST_FALL = 0.15  # acceleration over gravity: a shaft with less at all ends does not fall
 _AT_ONCE = "the fall starts at once; no decaying magnetic force is seen"
-_SEEN_S = 2e-3  # of the fall out of the orbit: less, beside a stretch without samples, fits any instant
+_SEEN_S = 2e-3  # least of the fall outside the orbit: less, beside a gap, is compatible with any instant
 
 
 @dataclass(frozen=True)
 class EndState:
-    """One end as it was let go (SI).
+    """State of the shaft at one end at the release (SI).
 
     Attributes
     ----------
     x, y, vx, vy : Estimate
         Position and velocity of the shaft centre.
     noise : float
-        Standard deviation, m, of what remains of the levitated orbit (mean of both axes).
+        Standard deviation of the residual of the levitated orbit, m (rms of both axes).
     levitated : tuple
         Mean levitated position (x, y), m.
     scale : float or None
-        How many times as far as it went the end reads, where a sudden release on such scales explains the fall, and neither a
-        decaying force nor the probes' tolerance does.
+        Reading over true displacement, if a sudden release with such gain errors explains the fall and neither a decaying
+        force nor the probes' tolerance does.
     """
 
     x: Estimate
@@ -83,11 +83,11 @@ class Fall:
     Attributes
     ----------
     acceleration : tuple
-        Fitted to it (x, y), m/s^2.
+        Fitted acceleration (x, y), m/s^2.
     whirl : float
-        Vertical acceleration of a wide levitated orbit, 0-pk, m/s^2; 0 where it is narrow.
+        Vertical acceleration of a wide levitated orbit, 0-pk, m/s^2; 0 if it is narrow.
     turning : float
-        How much of the vertical acceleration may be once per revolution in the fall, m/s^2.
+        How much of the vertical acceleration may be 1X motion during the fall, m/s^2.
     """
 
     acceleration: tuple[float, float]
@@ -97,22 +97,22 @@ class Fall:
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """The release of a drop.
+    """Estimated release of a drop: instant, force decay, and state and fall of each end.
 
     Attributes
     ----------
     time : Estimate
-        From the record's first sample, s; missing where a stretch without samples hides it, or the probes see a fall upwards,
-        none or one on a wrong scale: then neither force decay nor states are told.
+        From the record's first sample, s; missing if it lies in a gap, or the probes show a fall upwards, no fall or one on a
+        wrong scale: then force decay and states are missing too.
     force_decay : Estimate
-        Time constant T of the magnetic force after the switch-off; missing where the force vanished at once.
+        Time constant T of the magnetic force after the switch-off; missing if the force vanished at once.
     states : dict
         `EndState` by the end's name.
     falls : dict
         `Fall` by the end's name.
     shares : dict
-        Share of gravity that each probe shows in the free fall, for probes that stand upright enough to see it; empty where
-        speed or bending of the rotor are not known, or not all probes show the fall.
+        Measured acceleration of each probe in the free fall over that expected from gravity, for probes close enough to the
+        vertical; empty if speed or bending of the rotor is unknown, or not all probes show the fall.
     """
 
     time: Estimate
@@ -129,7 +129,7 @@ def find_release(
     bending_hz: Sequence[float] = (),
     sag: Sag | None = None,
 ) -> Release | None:
-    """Find the release.
+    """Estimate instant, force decay and state of the release of a drop.
 
     Parameters
     ----------
@@ -138,16 +138,16 @@ def find_release(
     machine : Machine
         For gravity and the mains frequency.
     speed_hz : float or None
-        Rotor speed before the release; None where it is not known (then the levitated orbit has to tell it).
+        Rotor speed before the release; None if unknown (then it is estimated from the levitated orbit).
     bending_hz : sequence of float, optional
-        Of the free rotor's bending modes in which the levitated sag springs back (`springing_back`).
+        Frequencies of the free rotor's bending modes in which the levitated sag relaxes (`springing_back`).
     sag : Sag, optional
-        That sag by the machine file (`tdbmon.analysis.spring_back.sag_of`).
+        That sag computed from the machine file (`tdbmon.analysis.spring_back.sag_of`).
 
     Returns
     -------
     Release or None
-        None where the record starts after the release or less than 5 ms before it.
+        None if the record starts after the release or less than 5 ms before it.
 
     Raises
     ------
@@ -179,14 +179,14 @@ def find_release(
     fit = _laws(t, data, levitated, machine.gravity, speed_hz, mains, bending_hz, _SEEN_HZ * rate)
     if sag is not None and fit.speed_hz and "weights" in planes:
         sagging = replace(fit, sag=_seen(sag, planes.weights.sel(end=ends), machine, fit.speed_hz))
-        # a rotor that is not the file's may not sag so at all
+        # if the rotor is not that of the machine file, its sag may be quite different
         fit = unless_worse(sagging, fit, time[start] - _CLEAR_S, time[start] + _LATEST_S)
-    # a slow descent that no law of a fall follows makes the fitted orbit wide; the seen one tells
+    # a slow descent, which no model of a fall fits, inflates the fitted orbit: judge the width by the measured one
     wide = np.ptp(data[:, t < time[start]], axis=1) > 2 * WIDE
     if _is_slow(time[start:], z[:, start:], gaps, machine.gravity):
         if first == 0 and _moves_at_once(z[:, :start]):
             return None
-        # no law fits a descent, and the search for one takes a minute
+        # no model fits a slow descent, and the search takes a minute: reject it beforehand
         at_first = np.nanmax(z[:, :head], axis=1) - np.nanmin(z[:, :head], axis=1) > 2 * WIDE
         falls = _falls(fit, time[start], at_first, ends)
         if why := _no_fall(falls, machine.gravity):
@@ -201,7 +201,7 @@ def find_release(
     later[:first] = False
     later &= np.isfinite(z).all(axis=0)
     shares: dict[str, Estimate] = {}
-    if "weights" in planes:  # else the planes were not made from probes
+    if "weights" in planes:  # else the planes were not computed from probes
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
@@ -225,24 +225,24 @@ def _laws(
     bending_hz: Sequence[float],
     fastest: float,
 ) -> ReleaseFit:
-    """Return the laws of orbit and fall, with the lines up to the `fastest` (Hz) that the `levitated` samples show."""
+    """Return the model of orbit and fall, with the lines up to `fastest`, Hz, that are significant in the `levitated` samples."""
     before, orbit = t[levitated], data[:, levitated]
     turning = turning_speed(before, orbit, speed_hz, mains)
     orders = surface_orders(before, orbit, turning, mains, fastest)
     hum = [mains] if mains else []
-    # without a speed a line may as well be the shaft's
+    # without a speed a floor line could be the shaft's own
     floor = floor_line(before, orbit, [turning, 2 * turning, *hum, *orders]) if turning else None
     sags = [hz for hz in bending_hz if hz < fastest]
     return ReleaseFit(t, data, gravity, turning, mains, sags, orders_hz=orders, floor_hz=floor)
 
 
 def not_told(why: str, falls: dict[str, Fall]) -> Release:
-    """Return a release whose instant, and all that rests on it, is missing for the reason `why`."""
+    """Return a release whose instant, and everything derived from it, is missing for the reason `why`."""
     return Release(time=Estimate.missing("s", why), force_decay=Estimate.missing("ms", why), falls=falls)
 
 
 def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) -> bool:
-    """Whether a shaft that leaves its orbit with the first sample takes longer for half the gap than one that hardly falls."""
+    """Return True if a shaft that leaves its orbit at the first sample takes longer for half the gap than the slowest fall."""
     if gravity <= 0:
         return False
     until = time[0] + np.sqrt(gaps.max() / (_LEAST_FALL * gravity))
@@ -253,7 +253,7 @@ def _is_slow(time: np.ndarray, z: np.ndarray, gaps: np.ndarray, gravity: float) 
 
 
 def _moves_at_once(before: np.ndarray) -> bool:
-    """Whether the shaft drifts from the first sample on, as behind a filter that starts with the record, not at the end only."""
+    """Return True if the shaft drifts from the first sample on, as behind a filter settling, rather than only at the end."""
     means = np.array([np.nanmean(part, axis=1) for part in np.array_split(before, 4, axis=1)])
     row = int(np.argmax(np.abs(means[3] - means[0])))
     steps = np.diff(means[:, row]) * np.sign(means[3, row] - means[0, row])
@@ -261,7 +261,7 @@ def _moves_at_once(before: np.ndarray) -> bool:
 
 
 def _falls(fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str]) -> dict[str, Fall]:
-    """Return how each end falls from a release near an instant, s; `wide` (2 n,) are the rows of wide orbits."""
+    """Return the fall of each end for a release near an instant, s; `wide` (2 n,) marks the rows of wide orbits."""
     acceleration = fall_acceleration(fit, instant).reshape(-1, 2).tolist()
     whirl = np.where(wide, fit.whirl(instant), 0.0)[1::2].tolist()
     turning = turning_alone(fit, instant)[1::2].tolist()
@@ -272,7 +272,7 @@ def _falls(fit: ReleaseFit, instant: float, wide: np.ndarray, ends: Sequence[str
 
 
 def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
-    """Say why what the probes see is no fall under gravity, which alone dates a release; "" where it is one."""
+    """Return why the motion is no fall under gravity, without which a release cannot be dated; "" if it is one."""
     vertical = [(fall.acceleration[1], fall.whirl) for fall in falls.values()]
     if gravity > 0 and all(y > _UPWARDS * gravity + whirl for y, whirl in vertical):
         return "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
@@ -286,13 +286,13 @@ def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
 
 
 def _force_decay(best: FittedRelease, record_s: float) -> Estimate:
-    """Return the time constant of the holding force, or why none is told, in a record so long."""
+    """Return the time constant of the magnetic force, or why there is none, for a record of length `record_s`, s."""
     misread = _misread(best.misread) if best.misread else ""
     if best.decay is None:
         why = f"{misread}: such a decay is not sure" if misread else _AT_ONCE
         return Estimate.missing("ms", why)
     low, high = (each * 1e3 for each in best.decay[1:])
-    if best.decay[2] > record_s:  # that of no fall: a force which hardly changes explains as well what the probes see
+    if best.decay[2] > record_s:  # as without a fall: a force that hardly changes explains the motion as well
         why = f"any decay within {low:.3g} to {high:.3g} ms explains what the probes see, in a record of {record_s * 1e3:.3g} ms"
         return Estimate.missing("ms", why)
     unsure = "; a sudden release explains the fall nearly as well" if low <= 0 else ""
@@ -301,7 +301,7 @@ def _force_decay(best: FittedRelease, record_s: float) -> Estimate:
 
 
 def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequence[str]) -> dict[str, EndState]:
-    """Return each end at the release."""
+    """Return the state of each end at the release."""
     decay = best.decay[0] if best.decay is not None and best.decay[1] else 0.0
     value, sigma = (
         each.reshape(2, len(ends), 2) for each in fit.state(best.time, decay)
@@ -322,7 +322,7 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
 
 
 def state_held_bent(state: EndState, miss: LevitatedMiss, speed_hz: float | None) -> EndState:
-    """Widen the intervals of an end as it was let go, seen along the rigid line, by how much that misses the shaft."""
+    """Widen the intervals of an end's state at the release by the error of the rigid line through the probes on a bent shaft."""
     fast = 2 * np.pi * (speed_hz or 0.0) * miss.once
     return replace(
         state,
@@ -334,13 +334,13 @@ def state_held_bent(state: EndState, miss: LevitatedMiss, speed_hz: float | None
 
 
 def springing_back(rotor: RotorModel) -> tuple[float, ...]:
-    """Return the frequencies of the free rotor's bending modes whose sag shows in a fall, Hz: the first, and others as low."""
+    """Return the free rotor's bending frequencies whose sag is visible in a fall, Hz: the first, and others up to 1 kHz."""
     first, *others = free_free(rotor, _BENDING_MODES).frequencies[2:].tolist()
     return (first, *(hz for hz in others if hz < _SAGS_HZ))
 
 
 def _seen(sag: Sag, weights: xr.DataArray, machine: Machine, speed_hz: float) -> SpringBack:
-    """Return how a sag springs back in the rows of the ends that weights (end, axis, probe) lead to."""
+    """Return the relaxation of a sag in the coordinates of the ends, which `weights` (end, axis, probe) form from the probes."""
     probes = {probe.name: (probe.position, probe.angle) for probe in machine.probes}
     maps = weights.to_numpy().reshape(-1, weights.sizes["probe"])
     return sag.seen(maps, [probes[str(name)] for name in weights.probe.values], machine.sense * 2 * np.pi * speed_hz)
@@ -349,7 +349,7 @@ def _seen(sag: Sag, weights: xr.DataArray, machine: Machine, speed_hz: float) ->
 def _shares(
     maps: np.ndarray, names: np.ndarray, machine: Machine, fit: ReleaseFit, release: FittedRelease
 ) -> dict[str, Estimate]:
-    """Return the share of gravity that each probe shows in the fall; `maps` led from the readings to the fit's data."""
+    """Return the share of gravity that each probe measures in the fall; `maps` leads from the readings to the fit's data."""
     used = np.any(maps != 0, axis=0)
     maps, names = maps[:, used], names[used]
     if machine.gravity <= 0 or maps.shape[0] != maps.shape[1] or np.linalg.matrix_rank(maps) < len(maps):
@@ -362,7 +362,7 @@ def _shares(
         fit, data=np.linalg.solve(maps, fit.data), sag=None if fit.sag is None else fit.sag.mapped(np.linalg.inv(maps))
     )
     found = gravity_alone(fit, release.time, decay)
-    if found is not None and fit.sag is not None:  # a probe that reads too much reads too much of the sag too
+    if found is not None and fit.sag is not None:  # a gain error of a probe affects the sag that it reads too
         read = np.where(upright, found[0] / np.where(upright, pull, 1.0), 1.0)
         found = gravity_alone(replace(fit, sag=fit.sag.mapped(np.diag(read))), release.time, decay)
     if found is None:
@@ -383,10 +383,10 @@ def release_of(
     bending_hz: Sequence[float] = (),
     sag: Sag | None = None,
 ) -> Release | None:
-    """Find the release; where samples are missing about it, by an end whose own probes miss none there.
+    """Estimate the release; if samples are missing around it, from one end whose own probes have no gap there.
 
-    The bearing planes take all probes, so that one of them without a value leaves no end a place.  At its own probes an end falls
-    as freely.
+    The positions at the bearing planes use all probes, so that a missing value of one leaves both ends without a position.  In
+    its own probe plane each end is in free fall just the same.
 
     Parameters
     ----------
@@ -411,7 +411,7 @@ def release_of(
 
 
 def _holed(planes: xr.Dataset, machine: Machine, found: Release) -> bool:
-    """Whether samples are missing about a release, from where the shaft surely levitates until it touches."""
+    """Return True if samples are missing around a release, from where the shaft is certainly levitated until it touches."""
     if found.time.value is None:
         return True
     gap = max(machine.bearing(end).radial_gap.nominal for end in machine.ends)
@@ -423,7 +423,7 @@ def _holed(planes: xr.Dataset, machine: Machine, found: Release) -> bool:
 
 
 def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float] | None:
-    """Return the longest stretch without samples, too long to be bridged, that ends after `since`."""
+    """Return the first and last missing instant, s, of the longest gap that ends after `since` and cannot be bridged."""
     runs = runs_of(~valid)
     runs = runs.where((runs.length > SHORT_GAP) & (t[np.minimum(runs.first + runs.length, t.size) - 1] > since))
     if not len(runs):

@@ -1,11 +1,11 @@
-"""The release that laws of the fall explain best (`tdbmon.analysis.release_fit`), and how sure it is.
+"""Least-squares estimate of the release with the model of `tdbmon.analysis.release_fit`, and its confidence interval.
 
-A probe that errs at one end must not date the release: each end counts by what its own best law leaves in the fall, the
-instants of the ends alone widen the interval where they disagree (R. T. Birge, Phys. Rev. 40 (1932) 207), and a soft
-start is believed only where no end alone speaks against it.  Between a sudden and a soft start that explain the fall about as
-well the interval holds both.  A fall that probes show on a scale a few per cent off looks like a soft start too: what a sudden
-release on a scale within their tolerance explains about as well is no sure decay.  Further off the two part: what a sudden
-release on a scale of its own explains better than any decay, leaving noise alone, is a wrong sensitivity.
+A faulty probe at one end must not determine the release: each end is weighted by the residuals of its own best fit in the fall,
+the interval is widened if the instants of the single ends disagree (R. T. Birge, Phys. Rev. 40 (1932) 207), and a soft start
+(decaying force) is accepted only if no single end contradicts it.  If a sudden and a soft start fit about equally well, the
+interval covers both.  A scale error of the probes of a few per cent mimics a soft start: if a sudden release with a scale within
+their tolerance fits about as well, the decay is not certain.  With larger scale errors the two differ: if a sudden release with
+free scales fits better than any decay and leaves only noise, a sensitivity is wrong.
 """
 
 from __future__ import annotations
@@ -18,33 +18,33 @@ import numpy as np
 from tdbmon.analysis.release_fit import Array, ReleaseFit
 from tdbmon.estimate import Z95
 
-_MODEL_S = 12e-6  # what higher bending modes leave: the error's rms on synthetic drops with a known release
-_ALONE_S = 25e-6  # the same of one end alone: two ends' errors largely cancel
-_BENDING = 0.015  # of the bending frequencies by the machine file, standard deviation: an elastic modulus within 3 %
-_BENT_S = 1e-3  # as far as the instant may move with them
-_WORSE = 1.5  # times what is left without the sag; a probe that reads a tenth too much makes it 1.05
-_SOFT_MODEL = 0.03  # of the decay time: the levitation's stiffness, which decays too, is left out
-_SOFT_S = 6e-5  # of the decay time and, against it, of the instant: what modes that are left out do to a short decay
-_WITHIN = 3.84  # of a chi-square of one degree of freedom, 95 %
-_SURE = 36.0  # improvement of the misfit (chi-square) from which on a soft start is believed
-_DOUBT = 12.0  # from which on it is held possible
-_AGAINST = 10.0  # by which an end alone, released suddenly at an instant of its own, may be better explained
-PROBE_SCALE = 0.05  # of a reading: by so much the scale of an eddy-current probe may be off (API Standard 670)
-_BEYOND, _ANY_SCALE = 0.075, 0.5  # the same, of a sensitivity that is wrong: surely beyond the tolerance, and at most
-_NOISE_ALONE = 2.0  # times the noise's mean square: at most left in the fall where scales explain it
-_MISREAD = 50.0  # improvement of the misfit by such a scale that sound records do not show
-_STEP_S = 2.5e-4  # of the first search
-_NEAR_S = 3e-3  # of the first search's instant: where the later ones look
+_MODEL_S = 12e-6  # model error due to higher bending modes: rms error on synthetic drops with a known release
+_ALONE_S = 25e-6  # the same for a single end: the errors of two ends largely cancel
+_BENDING = 0.015  # relative standard deviation of the machine file's bending frequencies: elastic modulus within 3 %
+_BENT_S = 1e-3  # range of the instant when they vary
+_WORSE = 1.5  # largest accepted ratio of costs with and without the sag; a probe that reads 10 % too much gives 1.05
+_SOFT_MODEL = 0.03  # relative model error of the decay time: the levitation stiffness, which decays too, is neglected
+_SOFT_S = 6e-5  # model error of decay time and instant (anticorrelated): neglected modes bias a short decay
+_WITHIN = 3.84  # 95 % quantile of chi-square with one degree of freedom
+_SURE = 36.0  # decrease of chi-square from which a soft start is accepted
+_DOUBT = 12.0  # decrease from which it is considered possible
+_AGAINST = 10.0  # decrease by which a single end may favour a sudden release at its own instant
+PROBE_SCALE = 0.05  # relative tolerance of an eddy-current probe's scale factor (API Standard 670)
+_BEYOND, _ANY_SCALE = 0.075, 0.5  # relative error of a wrong sensitivity: clearly beyond the tolerance, and at most
+_NOISE_ALONE = 2.0  # largest mean square residual in the fall over noise variance, if scale errors explain it
+_MISREAD = 50.0  # decrease of chi-square by a free scale that sound records do not show
+_STEP_S = 2.5e-4  # grid step of the first search
+_NEAR_S = 3e-3  # range of the later searches around its result
 _LEAST_DECAY_S = 1e-4
-_MIMICKED_S = 5e-4  # a shorter decay may be bending that is left out: not reported unless sure
+_MIMICKED_S = 5e-4  # a shorter decay may be neglected bending: not reported unless certain
 
 
 @dataclass(frozen=True)
 class FittedRelease:
-    """Instant and its 95 % interval, s; decay time with its limits, s, where the fall may start soft.
+    """Release instant with its 95 % interval, s, and decay time with its limits, s, if the start may be soft.
 
-    `misread` is the decay time, s, that a sudden release on a scale within the probes' tolerance explains about as well; else 0.
-    `scales` says how many times too long each end reads, where a sudden release explains the fall on these alone; else empty.
+    `misread` is the decay time, s, if a sudden release with a scale within the probes' tolerance fits about as well; else 0.
+    `scales` is reading over true displacement by end, if a sudden release fits the fall only with these; else empty.
     """
 
     time: float
@@ -56,7 +56,7 @@ class FittedRelease:
 
 
 def search_release(fit: ReleaseFit, low: float, high: float) -> FittedRelease:
-    """Find the release between two instants."""
+    """Return the best-fitting release between two instants, s."""
     rough = _sudden_together(fit, low, high)
     near = rough - _NEAR_S, rough + _NEAR_S
     best, alone = _sudden(_by_noise(fit, rough), *near)
@@ -71,23 +71,23 @@ def search_release(fit: ReleaseFit, low: float, high: float) -> FittedRelease:
 
 
 def unless_worse(one: ReleaseFit, other: ReleaseFit, low: float, high: float) -> ReleaseFit:
-    """Return the first of two fits, or the other where that plainly leaves less of a sudden release between two instants."""
+    """Return the first of two fits, unless the other has a clearly lower cost for a sudden release between two instants, s."""
     left = [each.cost(_sudden_together(each, low, high)) for each in (one, other)]
     return one if left[0] <= _WORSE * left[1] else other
 
 
 def _by_noise(fit: ReleaseFit, t0: float) -> ReleaseFit:
-    """Return the fit with each row counted by the noise that the levitated law leaves before an instant."""
+    """Return the fit with each row weighted by its residual variance in the levitated stretch before an instant, s."""
     return replace(fit, variance=np.maximum(fit.noise(t0) ** 2, 1e-18))
 
 
 def _by_what_is_left(fit: ReleaseFit, laws: Sequence[tuple[float, float]]) -> ReleaseFit:
-    """Return the fit with each end counted by what its own law (t0, T) leaves in the fall."""
+    """Return the fit with each end weighted by its residual variance in the fall, with its own (t0, T)."""
     return replace(fit, variance=fit.variances * _excess(fit, laws, fit.variances))
 
 
 def _softly(fit: ReleaseFit, near: tuple[float, float]) -> FittedRelease | None:
-    """Return the release about some instants as one of a force that dies away; None where it is not plainly that."""
+    """Return the release in a range of instants, s, as that of a decaying force; None if the fit does not support one."""
     best, alone = _sudden(fit, *near)
     t0, decay = _soft(fit, best)
     gain = fit.cost(best) - fit.cost(t0, decay)
@@ -110,7 +110,7 @@ def _softly(fit: ReleaseFit, near: tuple[float, float]) -> FittedRelease | None:
 
 
 def _suddenly(fit: ReleaseFit, near: tuple[float, float]) -> FittedRelease:
-    """Return the release about some instants as a sudden one."""
+    """Return the release in a range of instants, s, as a sudden one."""
     best, alone = _sudden(fit, *near)
     scaled = _sudden_on_any_scale(fit, best)
     within = fit.on_any_scale(scaled, PROBE_SCALE)[0]
@@ -128,7 +128,7 @@ def _suddenly(fit: ReleaseFit, near: tuple[float, float]) -> FittedRelease:
 
 
 def _model(fit: ReleaseFit, t0: float) -> float:
-    """What higher bending modes leave, and how far an instant moves with the bending frequencies, s."""
+    """Return the model error of an instant, s: that of higher bending modes, and that of the bending frequencies."""
     higher = _MODEL_S if len(fit.data) > 2 else _ALONE_S
     if fit.sag is None:
         return higher
@@ -137,7 +137,7 @@ def _model(fit: ReleaseFit, t0: float) -> float:
 
 
 def _with_scale(fit: ReleaseFit, soft: FittedRelease) -> FittedRelease:
-    """Widen the ranges of instant and decay time by what a scale at the limits of the probes' tolerance makes of them."""
+    """Widen the intervals of instant and decay time by their change with a scale at the limits of the probes' tolerance."""
     if soft.decay is None:
         return soft
     decay, shortest, longest = soft.decay
@@ -148,7 +148,7 @@ def _with_scale(fit: ReleaseFit, soft: FittedRelease) -> FittedRelease:
 
 
 def _either(fit: ReleaseFit, sudden: float, soft: FittedRelease) -> FittedRelease:
-    """Return a sudden release, which is the usual one, with an interval that holds the soft one too."""
+    """Return a sudden release, which is the usual one, with an interval that covers the soft one too."""
     half = Z95 * float(np.hypot(fit.sigma(sudden), _model(fit, sudden)))
     decay = None
     if soft.decay is not None and soft.decay[1] > _MIMICKED_S:
@@ -157,31 +157,31 @@ def _either(fit: ReleaseFit, sudden: float, soft: FittedRelease) -> FittedReleas
 
 
 def _apart(fit: ReleaseFit, alone: Sequence[float]) -> Array:
-    """Sum of squares of each end, released suddenly at an instant of its own."""
+    """Return the cost of each end for a sudden release at its own instant."""
     return np.array([fit.costs(instant)[end] for end, instant in enumerate(alone)])
 
 
 def _sudden(fit: ReleaseFit, low: float, high: float) -> tuple[float, list[float]]:
-    """Return the instant of a sudden release, of all ends together and of each alone."""
+    """Return the instant of a sudden release between two instants, s, from all ends together and from each alone."""
     grid, costs = _coarsely(fit, low, high)
     ends = range(costs.shape[1])
     return _least(fit, grid, costs, [*ends]), [_least(fit, grid, costs, [end]) for end in ends]
 
 
 def _sudden_together(fit: ReleaseFit, low: float, high: float) -> float:
-    """Return the instant of a sudden release of all ends together."""
+    """Return the instant of a sudden release between two instants, s, from all ends together."""
     grid, costs = _coarsely(fit, low, high)
     return _least(fit, grid, costs, [*range(costs.shape[1])])
 
 
 def _coarsely(fit: ReleaseFit, low: float, high: float) -> tuple[Array, Array]:
-    """Return instants (m,) in coarse steps, s, and what a sudden release at each leaves of every end (m, n)."""
+    """Return a coarse grid of instants (m,), s, and the cost of every end for a sudden release at each of them (m, n)."""
     grid = np.arange(max(low, fit.t[0] + 4e-3), min(high, fit.t[-1] - 5e-4), _STEP_S)
     return grid, np.array([fit.costs(t0) for t0 in grid])
 
 
 def _least(fit: ReleaseFit, grid: Array, costs: Array, which: list[int]) -> float:
-    """Return the instant near the best of some, at which a sudden release leaves the least of some ends, s."""
+    """Return the instant of least cost of selected ends for a sudden release, refined from the best of a grid, s."""
     from scipy.optimize import minimize_scalar
 
     centre = grid[int(np.argmin(costs[:, which].sum(axis=1)))]
@@ -191,7 +191,7 @@ def _least(fit: ReleaseFit, grid: Array, costs: Array, which: list[int]) -> floa
 
 
 def _sudden_on_any_scale(fit: ReleaseFit, *near: float, reach: float = PROBE_SCALE) -> float:
-    """Return the instant near some others of a sudden release that scales within reach explain best, s."""
+    """Return the instant of a sudden release of least cost with free scales within 1 ± `reach`, near given instants, s."""
     from scipy.optimize import minimize_scalar
 
     def left(instant: float) -> float:
@@ -204,7 +204,7 @@ def _sudden_on_any_scale(fit: ReleaseFit, *near: float, reach: float = PROBE_SCA
 
 
 def _misscaled(fit: ReleaseFit, least: float, *near: float) -> FittedRelease | None:
-    """Return a sudden release on scales beyond the probes' tolerance that leave less than `least`; None where none does."""
+    """Return a sudden release with scales beyond the probes' tolerance whose cost is at most `least`; None if there is none."""
     found = _sudden_on_any_scale(fit, *near, reach=_ANY_SCALE)
     left, scales = fit.on_any_scale(found, _ANY_SCALE)
     beyond = bool(np.any(np.abs(scales - 1) > _BEYOND))
@@ -219,7 +219,7 @@ def _misscaled(fit: ReleaseFit, least: float, *near: float) -> FittedRelease | N
 
 
 def _noise_alone(fit: ReleaseFit, t0: float, scales: Array) -> bool:
-    """Whether a sudden release on such scales leaves about what noise would in the fall: a late channel leaves more."""
+    """Return True if a sudden release with these scales leaves only noise in the fall; a delayed channel leaves more."""
     white = fit.noise(t0) ** 2
     return all(
         fit.over_noise(fit.left_in_fall(end, t0, scale=float(scale)), white, end) <= _NOISE_ALONE
@@ -228,7 +228,7 @@ def _noise_alone(fit: ReleaseFit, t0: float, scales: Array) -> bool:
 
 
 def _soft(fit: ReleaseFit, start: float, end: int | None = None, scale: float = 1.0) -> tuple[float, float]:
-    """Return instant and decay time of a soft release, of all ends together or of one alone; for readings on a `scale`."""
+    """Return instant and decay time of a soft release, s, from all ends or one; `scale` is reading over true displacement."""
     from scipy.optimize import minimize
 
     def misfit(point: Array) -> float:
@@ -241,9 +241,9 @@ def _soft(fit: ReleaseFit, start: float, end: int | None = None, scale: float = 
 
 
 def _excess(fit: ReleaseFit, laws: Sequence[tuple[float, float]], white: Array) -> Array:
-    """Return by how much the variance of each row exceeds the noise in the fall, for the law (t0, T) of each end.
+    """Return the factor by which the variance of each row in the fall exceeds the noise, for the (t0, T) of each end.
 
-    Mean square of what is left over that of the noise, at least one, times what autocorrelation inflates a sum by.
+    Mean square residual over noise variance, at least one, times the variance inflation due to autocorrelation.
     """
     factors = []
     for end, (t0, decay) in enumerate(laws):
@@ -253,7 +253,7 @@ def _excess(fit: ReleaseFit, laws: Sequence[tuple[float, float]], white: Array) 
 
 
 def _profile(fit: ReleaseFit, t0: float, decay: float) -> FittedRelease:
-    """Ranges of instant and decay time in which the cost stays near its least: the two are far from linear."""
+    """Return instant and decay time with profile-likelihood intervals, since the model is far from linear in the two."""
     from scipy.optimize import minimize_scalar
 
     decays = np.concatenate([[decay], decay * np.geomspace(0.1, 5.0, 41)])
@@ -273,6 +273,6 @@ def _profile(fit: ReleaseFit, t0: float, decay: float) -> FittedRelease:
 
 
 def _widened(value: float, low: float, high: float, others: Sequence[float]) -> tuple[float, float]:
-    """Return an interval widened, as by an independent error, to what the value would be otherwise."""
+    """Return the interval of a value, widened by its distance to alternative values as by an independent error."""
     down, up = max(0.0, value - min(others)), max(0.0, max(others) - value)
     return value - float(np.hypot(value - low, down)), value + float(np.hypot(high - value, up))

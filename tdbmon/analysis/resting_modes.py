@@ -1,12 +1,12 @@
-"""Natural frequencies of the rotor at rest on its touchdown bearings: what lines of constant frequency are.
+"""Natural frequencies of the rotor resting on its touchdown bearings, to identify spectral lines of constant frequency.
 
-Upwards each end is a chain: shaft - contact - inner ring - balls - outer ring with the support's mass - support's spring,
-contact and balls with their stiffness about the static load.  Sideways the shaft rolls on its ring as a pendulum does:
-load over radius of the path, with the ring that turns along.  Gyroscopics couple the two.  Damping is left out; at a few
-percent it shifts no frequency that is told here.
+Vertically each end is a chain of shaft, contact, inner ring, balls, outer ring with the support's mass, and support spring,
+with contact and balls linearised about the static load.  Horizontally the shaft rolls on its ring like a pendulum of
+stiffness load over path radius, and the ring rotates with it.  Gyroscopic moments couple the two directions.  Damping is
+neglected; at a few percent it does not shift the frequencies noticeably.
 
-With m the support's mass the chain is softer than its springs in series: a support that is nearly as heavy as the rotor's
-share lowers even the bounce.
+With the support's mass the chain is softer than its springs in series: a support mass close to the rotor's share at the
+end lowers even the bounce frequency.
 """
 
 from __future__ import annotations
@@ -25,28 +25,29 @@ from tdbmon.analysis.rest import ball_travel, path_radius, rest_travel, rolling_
 
 Array = NDArray[np.float64]
 
-_BENDING = 10  # free-free bending modes a plane; with the attachment modes the frequencies shown are exact to 1e-5
+_BENDING = 10  # free-free bending modes per plane; with the attachment modes the frequencies are exact to 1e-5
 
 
 @dataclass(frozen=True)
 class RestingEnd:
-    """What the shaft rests on at one end (SI).
+    """Stiffnesses and masses on which the shaft rests at one end (SI).
 
     Attributes
     ----------
     end : str
     position : float
-        Axial, m.
+        Axial position, m.
     load : float
-        Static, N.
+        Static load, N.
     contact, balls, support : float
-        Stiffness upwards about the static load, N/m.
+        Vertical stiffness, linearised about the static load, N/m.
     ring_mass, support_mass : float
-        kg; a support mass of 0 leaves the springs in series.
+        kg; with a support mass of 0 the springs are in series.
     pendulum : float
-        Stiffness sideways, N/m: load over the radius of the shaft centre's path.
+        Horizontal stiffness, N/m: load over the radius of the shaft centre's path.
     rolling_mass : float
-        kg, of the inner ring that turns along sideways: inertia over the journal's radius squared.
+        Effective horizontal mass of the inner ring, which rotates with the rolling shaft, kg: inertia over the journal's
+        radius squared.
     """
 
     end: str
@@ -62,20 +63,20 @@ class RestingEnd:
 
     @property
     def series(self) -> float:
-        """Stiffness of contact, balls and support in series, N/m: what the shaft feels at low frequency."""
+        """Stiffness of contact, balls and support in series, N/m: that of the end at low frequency."""
         return 1 / (1 / self.contact + 1 / self.balls + 1 / self.support)
 
 
 @dataclass(frozen=True, eq=False)
 class RestingModes:
-    """Natural frequencies at k speeds or stiffnesses, n modes each by rising frequency.
+    """Natural frequencies at k speeds or stiffnesses, n modes each in order of frequency.
 
     Attributes
     ----------
     frequencies : (k, n) array
         Hz.
     sideways : (k, n) array
-        Share of the horizontal motion in each mode's kinetic energy.
+        Share of horizontal motion in each mode's kinetic energy.
     """
 
     frequencies: Array
@@ -83,13 +84,13 @@ class RestingModes:
 
 
 def resting_ends(machine: Machine, rotor: RotorModel) -> tuple[RestingEnd, ...]:
-    """Return what the shaft rests on at both ends, at the machine's nominal values and without its effects."""
+    """Return stiffnesses and masses of both ends at the machine file's nominal values, without its effects."""
     loads = static_loads(machine, rotor)
     ends = []
     for bearing in machine.touchdown_bearings:
         load = float(loads[bearing.name])
         travel = rest_travel(bearing, load)
-        contact = travel.contact / bearing.contact_exponent  # m for a doubling of the load, linearised
+        contact = travel.contact / bearing.contact_exponent  # compliance times load, m
         on_balls = load + machine.gravity * bearing.inner_ring_mass
         balls = ball_stiffness(bearing, on_balls)
         ends.append(
@@ -110,14 +111,14 @@ def resting_ends(machine: Machine, rotor: RotorModel) -> tuple[RestingEnd, ...]:
 
 
 def ball_stiffness(bearing: TouchdownBearing, load: float) -> float:
-    """Return how the balls resist the inner ring about a load, N/m (mean over the cage angle)."""
+    """Return the stiffness of the balls against displacement of the inner ring at a load, N/m (mean over the cage angle)."""
     clearance = bearing.balls.diametral_clearance.nominal
     step = 0.01 * load
     return 2 * step / (ball_travel(bearing, load + step, clearance) - ball_travel(bearing, load - step, clearance))
 
 
 def resting_basis(machine: Machine, rotor: RotorModel) -> Modes:
-    """Return the free-free modes in which the frequencies are found."""
+    """Return the free-free modes that serve as the modal basis."""
     positions = [bearing.position for bearing in machine.touchdown_bearings]
     return free_free(rotor, min(_BENDING, len(rotor.plane_mass) - 2 - len(positions)), positions)
 
@@ -125,15 +126,15 @@ def resting_basis(machine: Machine, rotor: RotorModel) -> Modes:
 def resting_modes(
     basis: Modes, ends: tuple[RestingEnd, ...], speeds_hz: ArrayLike = (0.0,), n: int = 6
 ) -> RestingModes:
-    """Return the first n natural frequencies against speed.
+    """Return the first n natural frequencies as a function of speed.
 
     Parameters
     ----------
     basis : Modes
-        As `resting_basis` gives it.
+        Result of `resting_basis`.
     ends : tuple of RestingEnd
     speeds_hz : (k,) array
-        Either sense gives the same frequencies.
+        Rotor speeds; their sign does not affect the frequencies.
     n : int
         Number of frequencies.
     """
@@ -143,7 +144,7 @@ def resting_modes(
 
 
 def _matrices(basis: Modes, ends: tuple[RestingEnd, ...]) -> tuple[Array, Array, Array]:
-    """Return mass, stiffness and gyroscopic matrix of (a, b, then ring and support of each end upwards)."""
+    """Return mass, stiffness and gyroscopic matrix in modal coordinates a, b, then ring and support of each end (vertical)."""
     n = basis.n
     size = 2 * n + 2 * len(ends)
     mass, stiffness, gyro = np.eye(size), np.zeros((size, size)), np.zeros((size, size))
@@ -167,7 +168,7 @@ def _matrices(basis: Modes, ends: tuple[RestingEnd, ...]) -> tuple[Array, Array,
 
 
 def _condensed(mass: Array, stiffness: Array, gyro: Array) -> tuple[Array, Array, Array]:
-    """Take out coordinates without mass: they follow the others statically."""
+    """Eliminate massless coordinates by static condensation."""
     heavy = np.diag(mass) > 0
     if heavy.all():
         return mass, stiffness, gyro
@@ -178,13 +179,13 @@ def _condensed(mass: Array, stiffness: Array, gyro: Array) -> tuple[Array, Array
 
 
 def _modes(mass: Array, stiffness: Array, gyro: Array, basis: int, n: int) -> tuple[Array, Array]:
-    """Return frequencies, Hz, and sideways shares of M q'' + G q' + K q = 0."""
+    """Return the first n frequencies, Hz, and shares of horizontal motion of M q'' + G q' + K q = 0."""
     size = len(mass)
     if not gyro.any():
         squares, shapes = eigh(stiffness, mass, subset_by_index=(0, min(n, size) - 1))
         values = np.sqrt(np.maximum(squares, 0.0))
     else:
-        unit = math.sqrt(float(np.trace(stiffness) / np.trace(mass)))  # both halves of the state of one size
+        unit = math.sqrt(float(np.trace(stiffness) / np.trace(mass)))  # scales both halves of the state alike
         inverse = np.linalg.inv(mass)
         state = np.block(
             [[np.zeros((size, size)), np.eye(size)], [-inverse @ stiffness / unit**2, -inverse @ gyro / unit]]

@@ -1,4 +1,4 @@
-"""The result of analysing one record: what figures, report and JSON are made from."""
+"""Result of the analysis of one record, from which figures, report and JSON are produced."""
 
 from __future__ import annotations
 
@@ -36,36 +36,36 @@ NO_DROP = "the shaft does not fall in this record (see drop)"
 
 
 def falls(checks: Iterable[Check]) -> bool:
-    """False where checks of a record say that the shaft levitates throughout."""
+    """Return False if the checks of a record find that the shaft is levitated throughout."""
     return all(check.passed for check in checks if check.check == "drop")
 
 
 @dataclass(frozen=True, kw_only=True)
 class EndResult:
-    """What was found at one touchdown bearing (SI).
+    """Results of one touchdown bearing (SI).
 
     Attributes
     ----------
     name : str
     plane : str
-        ``"bearing"``, ``"probe"`` (the rigid line could not be drawn) or ``"none"`` (no orbit at this end).
+        ``"bearing"``, ``"probe"`` (no extrapolation to the bearing plane) or ``"none"`` (no orbit at this end).
     load : float
         Static load, N.
     travel : RestTravel
-        What the rest radius holds beyond the air gap, from the machine file.
+        Part of the radius at rest beyond the air gap, computed from the machine file.
     gap : Gap or None
-        The clearance circle; None where none can be told, for the reason that `air_gap` then states.
+        The clearance circle; None if it cannot be estimated, for the reason that `air_gap` then states.
     air_gap : Estimate
-        Radial air gap proper: radius at rest less the travel, m.
+        Radial air gap: radius at rest less the travel, m.
     gap_from_swing : Estimate
-        Radius of the swing's path, m.
+        Path radius from the swing's frequency, m.
     contacts : Contacts or None
     stiffness : Estimate
         Single-mass stiffness of the first contact, N/m.
     deepest : Estimate
         Largest excursion from the clearance centre after the release, m.
     held : str
-        That the end stayed levitated while the other one fell; "" where it did not.
+        Statement that the end stayed levitated while the other one fell; "" if it did not.
     """
 
     name: str
@@ -82,7 +82,7 @@ class EndResult:
 
     @classmethod
     def without_contact(cls, name: str, plane: str, load: float, travel: RestTravel, why: str) -> EndResult:
-        """Return an end that is not seen to fall; what a fall would tell is missing for the reason `why`."""
+        """Return an end whose fall is not observed; all estimates from a fall are missing for the reason `why`."""
         um = Estimate.missing("um", why)
         return cls(
             name=name,
@@ -99,82 +99,82 @@ class EndResult:
 
     @property
     def seen(self) -> bool:
-        """True where the record holds the end's orbit."""
+        """True if the record contains the end's orbit."""
         return self.plane != "none"
 
     @property
     def unsettled(self) -> str:
-        """Why there is no clearance circle, where there is none; no contact can be told then either."""
+        """Reason why there is no clearance circle, if there is none; contacts cannot be found then either."""
         return self.air_gap.why or "the clearance circle is not known"
 
     @property
     def circle(self) -> Gap:
-        """The clearance circle, its numbers missing where there is none."""
+        """Clearance circle, with missing estimates if there is none."""
         return self.gap or Gap.missing(self.unsettled)
 
     @property
     def events(self) -> tuple[Contact, ...]:
-        """Contacts before settling, in order; none where they cannot be told."""
+        """Contacts before settling, in order; empty if they cannot be found."""
         return () if self.contacts is None else self.contacts.events
 
     @property
     def first_contact(self) -> FirstContact | None:
-        """The first of them, where its instants can be told."""
+        """First contact; None if its instants cannot be estimated."""
         return None if self.contacts is None else self.contacts.first
 
     @property
     def no_contact(self) -> str:
-        """Why there is no first contact."""
+        """Reason why there is no first contact."""
         return self.unsettled if self.contacts is None else self.contacts.why or "no first contact was found"
 
     @property
     def first(self) -> FirstContact:
-        """The first contact, its numbers missing where none is told."""
+        """First contact, with missing estimates if there is none."""
         return self.first_contact or FirstContact.missing(self.no_contact)
 
     @property
     def contact_count(self) -> Estimate:
-        """How many contacts there were before the shaft settled."""
+        """Number of contacts before the shaft settled."""
         return Estimate.missing("1", self.unsettled) if self.contacts is None else self.contacts.count
 
 
 @dataclass(frozen=True, kw_only=True)
 class Analysis:
-    """Everything that one record yields without a fitted model.
+    """All results that one record yields without fitting the simulation model.
 
     Attributes
     ----------
     machine, rotor
-        What the record was laid over.
+        Machine file of the record, and its rotor model.
     record : Dataset
-        The record in the machine's names, SI.
+        The record with the machine's channel names, SI.
     planes : Dataset or None
-        ``displacement(end, axis, time)`` at the bearing planes, m; None where the record holds no orbit.
+        ``displacement(end, axis, time)`` at the bearing planes, m; None if the record contains no orbit.
     checks : tuple of Check
-        The quality gate.
+        Quality checks.
     release : Release or None
     phases : tuple of Phase
     levitation : dict
-        The levitated shaft by the end's name, of the whole record where it holds no drop; empty where the release is not told,
-        without the ends that are not seen.
+        The levitated shaft by end name, over the whole record if it contains no drop; empty if the release is unknown, and
+        without ends that have no orbit.
     ends : dict
-        By the end's name; empty without displacement.
+        By end name; empty without displacement.
     swing : Swing or None
     rundown : RunDown or None
-        None where the record holds no speed.
+        None if the record contains no speed.
     speed_time, speed_hz : ndarray
-        Speed on its own samples; empty where there is none.
+        Speed at its own sample times, s and Hz; empty if there is none.
     angle : ndarray or None
-        Shaft angle on the samples of `planes`, rad; NaN where no pulses are.
+        Shaft angle at the samples of `planes`, rad; NaN where there are no pulses.
     waterfall : Dataset or None
         Spectra against time.
     lines : tuple of Line
     drifting : tuple of DriftingSwing
-        The swings that are no lines, since their frequency moves.
+        Swings that are not spectral lines because their frequency drifts.
     whirl : dict
-        Whirl by the end's name.
+        Whirl by end name.
     tracks : Dataset or None
-        1X and 2X through the run-down.
+        1X and 2X during the run-down.
     """
 
     machine: Machine
@@ -199,22 +199,22 @@ class Analysis:
 
     @property
     def falls(self) -> bool:
-        """False where the shaft levitates throughout the record."""
+        """False if the shaft is levitated throughout the record."""
         return falls(self.checks)
 
     @property
     def seen_ends(self) -> list[str]:
-        """Ends whose orbit the record holds."""
+        """Names of the ends whose orbit the record contains."""
         return [name for name, end in self.ends.items() if end.seen]
 
     @property
     def released(self) -> float | None:
-        """Instant of the release, s; None where it is not known."""
+        """Instant of the release, s; None if unknown."""
         return None if self.release is None else self.release.time.value
 
     @property
     def release_time(self) -> Estimate:
-        """Instant of the release."""
+        """Instant of the release with its interval, or why it is missing."""
         if not self.falls:
             return Estimate.missing("s", NO_DROP)
         if self.release is None:
@@ -223,7 +223,7 @@ class Analysis:
 
     @property
     def settled(self) -> Estimate:
-        """Instant from which both ends, or the one that fell, stay on their rings."""
+        """Instant from which both ends, or the one that fell, stay in contact with their rings."""
         if not self.falls:
             return Estimate.missing("s", NO_DROP)
         fallen = [end for end in self.ends.values() if not end.held]
@@ -235,12 +235,12 @@ class Analysis:
 
     @property
     def settle_time(self) -> Estimate:
-        """Time from the release to the end of the last bounce of either end, of those that fell."""
+        """Time from the release to the end of the last bounce at any end that fell."""
         return since(self.settled, self.release_time)
 
     @property
     def coast_down(self) -> CoastDownTimes:
-        """Times from the release until the speed has fallen to a half and to a tenth."""
+        """Coast-down times from the release to a half and to a tenth of the speed."""
         if self.rundown is None:
             return CoastDownTimes.missing(NO_SPEED)
         found = self.rundown.coast_down
@@ -248,12 +248,12 @@ class Analysis:
 
     @property
     def no_swing(self) -> str:
-        """Why no swing in the clearance is told, where none is."""
+        """Reason why no swing in the clearance was found, if there is none."""
         return next((end.gap_from_swing.why for end in self.ends.values()), "the record holds no orbit")
 
     @property
     def swings(self) -> tuple[Estimate, Estimate]:
-        """Small-amplitude frequency of both swings in the clearance, the lower one first."""
+        """Small-amplitude frequencies of both swings in the clearance, the lower one first."""
         if self.swing is not None:
             return self.swing.frequencies
         missing = Estimate.missing("Hz", self.no_swing)
@@ -261,14 +261,14 @@ class Analysis:
 
     @property
     def has_speed(self) -> bool:
-        """True where the speed is known at enough times to be drawn and followed."""
+        """True if the speed is known at enough times (four or more) to be plotted and tracked."""
         return len(self.speed_time) > 3
 
     @property
     def forces_tell_contacts(self) -> bool:
-        """True where an end that is seen to fall has no circle to touch: a fit of the simulation needs none.
+        """True if only a fit of the simulation can find contacts: an end falls, but has no clearance circle.
 
-        It needs so much of the drop that both ends have touched.
+        The fit needs no circle, but enough of the drop for both ends to have touched.
         """
         from tdbmon.identify.stages import stages_of
 

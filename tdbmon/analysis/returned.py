@@ -1,8 +1,8 @@
-"""A shaft that is back where it levitated: then nothing lies at the bottom of the clearance.
+"""Detection of a shaft that returns to its levitated position after the drop instead of resting at the bottom.
 
-Channels behind a high-pass (AC coupling, usual for accelerometers) forget where the shaft is: their mean goes back to zero
-while it lies on its bearings.  Magnetic bearings that take the rotor up again do the same, and no probe tells which it was;
-but what hovers there in between, or only as the record ends, is held.
+Behind a high-pass filter (AC coupling, usual for accelerometers) the static position is lost: the mean reading returns to
+zero while the shaft lies on its bearings.  Relevitation by the magnetic bearings looks the same at the end of a record, and
+the probes cannot tell the two apart; a shaft that hovers there for only part of the time after the drop was relevitated.
 """
 
 from __future__ import annotations
@@ -14,20 +14,23 @@ from tdbsim.machine import Machine
 from tdbmon.record.finding import um
 from tdbmon.runs import runs_of
 
-BOUNCING_S = 0.25  # after the release: before, the shaft still bounces
-_TAIL_S = 0.07  # at least two swings, whose mean is where it rests
-_BACK = 0.1  # of the gap, within which it is back
-_WENT = 0.5  # of the gap, as far as it must have gone
-_WHIRLS = 0.85  # of the gap, rms: a shaft that whirls round the ring is in the middle on the average
+BOUNCING_S = 0.25  # after the release, during which the shaft still bounces
+_TAIL_S = 0.07  # at least two swing periods, whose mean is the rest position
+_BACK = 0.1  # of the gap: distance within which the shaft has returned
+_WENT = 0.5  # of the gap: least excursion before that
+_WHIRLS = 0.85  # of the gap, rms: above, the shaft whirls, and only its mean is central
 
 
 def at_rest(time: np.ndarray, xy: np.ndarray, release_s: float) -> np.ndarray:
-    """Return the samples (2, k) of a record's end, the last tenth after the release: the shaft rests or swings about rest."""
+    """Return the last samples (2, k) of a record, a tenth of the time since the release or 70 ms, whichever is more.
+
+    There the shaft rests, or swings about its rest position.
+    """
     return xy[:, time >= min(time[-1] - _TAIL_S, time[-1] - 0.1 * (time[-1] - release_s))]
 
 
 def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | None) -> str:
-    """Say that an end is, or was in between, back where it levitated; "" where not, or where the record cannot tell.
+    """Return a message if an end is, or was in between, back at its levitated position; "" if not, or if that is unknown.
 
     Parameters
     ----------
@@ -36,7 +39,7 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
     end : str
     machine : Machine
     release_s : float or None
-        The release; None where it is not known.
+        The release, s; None if unknown.
     """
     time, xy = planes.time.to_numpy(), planes.displacement.sel(end=end).to_numpy()
     if release_s is None or not machine.gravity or time[-1] - release_s < BOUNCING_S:
@@ -62,7 +65,10 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
 
 
 def _held(time: np.ndarray, near: np.ndarray) -> str:
-    """Say from when to when a shaft hovers `near` where it levitated, for longer than any bounce lasts; "" where it does not."""
+    """Return a message with the first time span in which the shaft is `near` its levitated position for 70 ms; "" if none.
+
+    No bounce lasts so long.
+    """
     hovers = next(iter(runs_of(near).lasting(time, _TAIL_S)), None)
     if hovers is None:
         return ""

@@ -1,4 +1,4 @@
-"""Ridges: what keeps its cell in spectra window after window, its exact place there, and the law that it obeys."""
+"""Ridges in spectra: peaks that persist in one cell over many windows, their interpolated position, and their speed law."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from tdbmon.analysis.spectrum import cosine_window, window_gain
 
 WINDOW = "blackman-harris"
 
-_LAW = 0.5  # the 95 % interval of the exponent lies nearer to this law's than to the other's
-_NEAR = 0.05  # and the exponent itself must agree with it, or be so near: the swing's frequency depends on amplitude
-_LONG = 1.5  # a change of the speed that no hump outlasts in a cell
-_UNIFORM = 3.0**2 / 12  # variance of what is anywhere in three cells
-_GAP = 3  # windows without a hit that part two stretches of a ridge
-_TABLE = 1e-4  # cells: error of the table below
+_LAW = 0.5  # the 95 % interval of the exponent must lie nearer to this law's exponent than to the other's
+_NEAR = 0.05  # and must cover it, or the exponent be so near: the swing's frequency depends on its amplitude
+_LONG = 1.5  # ratio of speeds over which no broad hump stays in one cell
+_UNIFORM = 3.0**2 / 12  # variance of a uniform distribution over three cells
+_GAP = 3  # windows without a detection that separate two stretches of a ridge
+_TABLE = 1e-4  # interpolation error of the table below, cells
 
 _OFFSET = np.linspace(-0.75, 0.75, 301)
-_RATIO = np.log(window_gain(WINDOW, _OFFSET - 1) / window_gain(WINDOW, _OFFSET + 1))  # of the cells beside the peak
+_RATIO = np.log(window_gain(WINDOW, _OFFSET - 1) / window_gain(WINDOW, _OFFSET + 1))  # amplitudes beside the peak
 _SLOPE = np.gradient(_OFFSET, _RATIO)
 _WEIGHT = cosine_window(WINDOW, 64) ** 2
 _CORRELATION = float(np.abs(np.fft.fft(_WEIGHT)[2]) / _WEIGHT.sum())  # of the noise in the two cells beside the peak
@@ -28,21 +28,21 @@ _CORRELATION = float(np.abs(np.fft.fft(_WEIGHT)[2]) / _WEIGHT.sum())  # of the n
 
 @dataclass(frozen=True)
 class Spectra:
-    """Coefficients over windows that overlap by half.
+    """Fourier coefficients over windows that overlap by half.
 
     Attributes
     ----------
     law : int
-        Exponent of the speed that keeps a line in its cell: 0 for spectra against time, whose cells are frequencies,
-        1 for spectra over equal angles, whose cells are orders.
+        Exponent of the speed with which a line's frequency must vary to stay in its cell: 0 for frequency spectra, 1 for
+        order spectra.
     coefficients : ndarray of complex, shape (end, axis, window, cell)
         0-pk, m; Blackman-Harris.
     resolution : float
         Width of a cell, Hz or orders.
     time, speed : ndarray, shape (window,)
-        Middle of the window, s, and mean speed over it, Hz (NaN where unknown).
+        Centre of the window, s, and mean speed over it, Hz (NaN where unknown).
     gain : ndarray, shape (window, cell)
-        What is left of a tone there.
+        Gain for a tone there.
     """
 
     law: int
@@ -55,18 +55,18 @@ class Spectra:
 
 @dataclass(frozen=True)
 class Ridge:
-    """A line as one channel shows it.
+    """A line in the spectra of one channel.
 
     Attributes
     ----------
     window : ndarray of int, shape (n,)
-        Where it stands out.
+        Windows in which it is detected.
     place, sigma : ndarray, shape (n,)
-        Frequency (Hz) or order there, with its standard deviation from the noise.
+        Frequency (Hz) or order there, and its standard deviation due to noise.
     power : ndarray, shape (n,)
         Amplitude squared, m^2.
     first, last : int
-        Windows between which it was seen, those since left out among them.
+        First and last window of the detection, including windows removed later.
     """
 
     window: np.ndarray
@@ -78,18 +78,18 @@ class Ridge:
 
     @property
     def middle(self) -> float:
-        """Median place."""
+        """Median frequency (Hz) or order."""
         return float(np.median(self.place))
 
     def at(self, keep: np.ndarray) -> Ridge:
-        """Return the ridge in some of its windows."""
+        """Return the ridge restricted to some of its windows."""
         return Ridge(self.window[keep], self.place[keep], self.sigma[keep], self.power[keep], self.first, self.last)
 
     def mean(self) -> tuple[float, float]:
-        """Mean place and half its 95 % interval.
+        """Return the mean frequency or order and the half-width of its 95 % interval.
 
-        Places scatter by noise and because the line moves (a swing's frequency depends on its amplitude): random
-        effects (R. DerSimonian and N. Laird, Controlled Clin. Trials 7, 1986, 177-188) with the interval of G. Knapp
+        Values scatter by noise and because the line moves (a swing's frequency depends on its amplitude): random-effects
+        model (R. DerSimonian and N. Laird, Controlled Clin. Trials 7, 1986, 177-188) with the interval of G. Knapp
         and J. Hartung (Stat. Med. 22, 2003, 2693-2710).
         """
         n = len(self.place)
@@ -104,14 +104,14 @@ class Ridge:
 
 
 def find_ridges(spectra: Spectra) -> tuple[list[list[list[Ridge]]], np.ndarray]:
-    """Find the ridges of every end and axis that obey the law of the spectra.
+    """Find the ridges of every end and axis whose frequency follows the speed law of the spectra.
 
     Returns
     -------
     ridges : list
         By end and axis.
     floor : ndarray, shape (end, axis, window, cell)
-        Mean noise power beside each cell, m^2.
+        Noise floor: mean power around each cell, m^2.
     """
     rate = cfar.cell_rate(spectra.coefficients.size)
     floor = np.full(spectra.coefficients.shape, np.nan)
@@ -127,7 +127,7 @@ def find_ridges(spectra: Spectra) -> tuple[list[list[list[Ridge]]], np.ndarray]:
 
 
 def _ridges(power: np.ndarray, found: np.ndarray, floor: np.ndarray, resolution: float) -> list[Ridge]:
-    near = found.copy()  # a line between two cells is the maximum now of one, now of the other
+    near = found.copy()  # the maximum of a line between two cells alternates between them
     near[:, 1:] |= found[:, :-1]
     near[:, :-1] |= found[:, 1:]
     if len(near) < cfar.WINDOWS:
@@ -151,7 +151,7 @@ def _ridges(power: np.ndarray, found: np.ndarray, floor: np.ndarray, resolution:
 def _ridge(
     power: np.ndarray, found: np.ndarray, floor: np.ndarray, window: np.ndarray, cell: int, resolution: float
 ) -> Ridge:
-    """Place the ridge between the cells: the ratio of the two beside the peak tells, whatever the line's phase."""
+    """Return the ridge of one cell, its position interpolated from the power ratio of the two cells beside the peak."""
     beside = cell + np.arange(-1, 2)
     here = power[window[:, None], beside] * found[window[:, None], beside]
     place, sigma, height = peak_place(power, floor, window, beside[np.argmax(here, axis=1)])
@@ -161,7 +161,10 @@ def _ridge(
 def peak_place(
     power: np.ndarray, floor: np.ndarray, window: np.ndarray, peak: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return place and its standard deviation, cells, and amplitude squared of peaks in cells (n,) of windows (n,)."""
+    """Return position and its standard deviation, cells, and squared amplitude of peaks in cells (n,) of windows (n,).
+
+    The ratio of the two cells beside the peak does not depend on the phase of the line.
+    """
     left, right = power[window, peak - 1], power[window, peak + 1]
     ratio = np.log(right / left) / 2
     offset = np.interp(ratio, _RATIO, _OFFSET)
@@ -173,10 +176,10 @@ def peak_place(
 
 
 def _obeys(ridge: Ridge, spectra: Spectra) -> bool:
-    """Whether the ridge follows the law of its spectra: exponent 0 or 1 of the speed, and surely not the other.
+    """Return True if the ridge follows the law of its spectra (exponent 0 or 1 of the speed) and the other one is excluded.
 
-    The exponent is asked for twice: over the whole ridge, and within its stretches alone, since two lines that sweep
-    through a cell one after the other make a ridge that looks level as a whole.
+    The exponent is tested twice: over the whole ridge, and within its stretches only, since two lines that sweep through
+    a cell one after the other form a ridge that is level as a whole.
     """
     speed = spectra.speed[ridge.window]
     known = np.isfinite(speed) & (speed >= 0)
@@ -184,7 +187,7 @@ def _obeys(ridge: Ridge, spectra: Spectra) -> bool:
         return False
     if not (_is_narrow(ridge, spectra.resolution) or speed[known].max() > _LONG * speed[known].min()):
         return False
-    # an order is tested in ln(speed), a frequency in speed itself, which may come to rest
+    # regress on ln(speed) for orders, on the speed itself for frequencies, since it may reach zero
     x = np.log(speed[known]) if spectra.law else speed[known] / speed[known].mean()
     y, w = ridge.place[known], 1 / ridge.sigma[known] ** 2
     stretch = np.concatenate([[0], np.cumsum(np.diff(ridge.window[known]) > _GAP)])
@@ -192,15 +195,16 @@ def _obeys(ridge: Ridge, spectra: Spectra) -> bool:
 
 
 def _is_narrow(ridge: Ridge, resolution: float) -> bool:
-    """Whether its places scatter less than the maxima of noise in three cells do, at the 0.1 % level.
+    """Return True if its positions scatter less than noise peaks uniform over three cells, at the 0.1 % level.
 
-    A broad hump that wanders through the cells is full of such maxima, and holds a cell for a while.
+    A broad hump that drifts through the cells has many such peaks, and stays in one cell for a while.
     """
     n = len(ridge.place)
     return bool(np.var(ridge.place, ddof=1) < _UNIFORM * resolution**2 * chdtri(n - 1, 0.999) / (n - 1))
 
 
 def _follows(x: np.ndarray, y: np.ndarray, w: np.ndarray, group: np.ndarray) -> bool:
+    """Return True if y does not depend on x within the groups, by weighted least squares with a mean for each."""
     weight = np.bincount(group, w)
     dx = x - (np.bincount(group, w * x) / weight)[group]
     dy = y - (np.bincount(group, w * y) / weight)[group]

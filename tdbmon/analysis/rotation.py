@@ -1,4 +1,4 @@
-"""How the shaft turns, as speed signal and keyphasor of a record tell."""
+"""Rotor speed and shaft angle from the speed signal and keyphasor of a record."""
 
 from __future__ import annotations
 
@@ -19,25 +19,25 @@ from tdbmon.record.keyphasor import speed as pulse_speed
 from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.speed_checks import STANDSTILL_HZ, starting_speed
 
-_FEWEST = 4  # values of a speed
-_HEAD_S = 0.01  # of a record, whose speed is that before a release that is not known
-_LEAD_S = 0.2  # before a release that is known
+_FEWEST = 4  # least number of speed values
+_HEAD_S = 0.01  # start of a record, which gives the initial speed if the release is unknown
+_LEAD_S = 0.2  # stretch before a known release, which gives the initial speed
 
 
 @dataclass(frozen=True, eq=False)
 class Rotation:
-    """Speed on its own samples, from the speed channel, or revolution by revolution from the keyphasor where that tells more.
+    """Speed at its own sample times, from the speed channel, or by revolution from the keyphasor if that gives more values.
 
     Attributes
     ----------
     time, hz : (n,) arrays
-        s and Hz; empty where nothing tells.
+        s and Hz; empty if the speed is unknown.
     pulses : Pulses or None
         Of the keyphasor.
     sampled : (m,) array or None
-        Times of the keyphasor's samples, s, where the speed comes from it alone; None otherwise.
+        Times of the keyphasor's samples, s, if the speed comes from it alone; None otherwise.
     held : float
-        How long each value of the speed channel stands in the record, s.
+        Time for which each value of the speed channel is held in the record, s.
     """
 
     time: np.ndarray
@@ -48,14 +48,14 @@ class Rotation:
 
     @classmethod
     def of(cls, record: xr.Dataset, machine: Machine) -> Rotation:
-        """Return what a record laid over its machine tells."""
+        """Return the rotation of a record with the channel names of its machine."""
         key = pulses(record, machine) if "keyphasor" in record else None
         time, hz, held = np.empty(0), np.empty(0), 0.0
         if "speed" in record:
             channel = record["speed"]
             held = float(channel.attrs.get(HELD, 0.0))
             time, hz = known_samples(channel)
-        fewest = max(_FEWEST, len(time) + 1)  # a speed logged once a second, say, tells less
+        fewest = max(_FEWEST, len(time) + 1)  # a slow speed channel, say one value a second, gives fewer
         if key is not None and len(key.times) >= fewest:
             time, hz, _ = pulse_speed(key)
             return cls(time, hz, key, times_of(record["keyphasor"]))
@@ -63,13 +63,13 @@ class Rotation:
 
     @property
     def known(self) -> bool:
-        """True where the speed is known at enough times."""
+        """True if the speed is known at four times or more."""
         return len(self.time) >= _FEWEST
 
     def before(self, release: float | None) -> float | None:
-        """Median speed up to the release (of the first 10 ms where that is not known), Hz; None where it does not turn.
+        """Return the median speed up to the release (of the first 10 ms if that is unknown), Hz; None at standstill.
 
-        Where the speed was not read in that time, the last value before it counts, or else the first of all.
+        Without a value in the 0.2 s before the release the last one before that is taken, or else the first of all.
         """
         if not self.known:
             return None
@@ -82,13 +82,13 @@ class Rotation:
         return value if value is not None and value > STANDSTILL_HZ else None
 
     def angle(self, time: np.ndarray, machine: Machine) -> np.ndarray | None:
-        """Shaft angle at times (k,), s, rad; None without pulses."""
+        """Return the shaft angle, rad, at times (k,), s; None without at least three pulses."""
         return (
             shaft_angle(self.pulses, time, machine) if self.pulses is not None and len(self.pulses.times) > 2 else None
         )
 
     def run_down(self, released: float | None, rotor: RotorModel, checks: list[Check]) -> RunDown | None:
-        """Fit the run-down from the release on, or else from the first value on; a failed check says why it cannot be."""
+        """Fit the run-down from the release, or else from the first value; if impossible, append a failed check saying why."""
         if not self.known:
             if self.time.size:
                 few = f"{counted(self.time.size, 'value')} of the speed in all; {_FEWEST} are needed for a run-down"
@@ -110,10 +110,10 @@ class Rotation:
         )
 
     def without_drop(self) -> RunDown | None:
-        """Return the speed of a record that holds no drop."""
+        """Return the speed of a record that contains no drop; None if unknown."""
         return speed_alone(*self._signal, pulses=self.pulses, held=self.held, why=NO_DROP) if self.known else None
 
     @property
     def _signal(self) -> tuple[np.ndarray, np.ndarray | None]:
-        """Times and speed signal as `fit_rundown` takes them: means of revolutions are no samples of one."""
+        """Times and speed signal for `fit_rundown`; no signal if the speed comes from the keyphasor alone."""
         return (self.time, self.hz) if self.sampled is None else (self.sampled, None)

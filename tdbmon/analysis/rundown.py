@@ -1,13 +1,13 @@
-"""The speed of a rotor after a dropdown: which drag slows it, how fast, and when it stands still.
+"""Run-down of a rotor after a dropdown: drag law, decay time, and time of standstill, fitted to the speed.
 
-The first stretch after the release is left out: there the contacts and the inner rings' spin-up brake the rotor.  Near
-standstill the last stretch is left out where dry friction no longer acts as a constant.  Both limits are found in the data:
-the fit is widened stretch by stretch, and stops where a stretch would need a step or a slope of its own.
-Candidate laws (see `drag_law`) are nested; the choice needs a better BIC on whitened residuals and a smaller error on
-stretches that took no part in the fit (see `law_choice`).
+The first stretch after the release is excluded, as contacts and spin-up of the inner rings brake the rotor there.  Near
+standstill the last stretch is excluded if dry friction is no longer constant.  Both limits are found from the data: the
+fitted stretch is extended step by step until the next step would need an offset or a slope of its own.
+Candidate laws (see `drag_law`) are nested; one is preferred for a better BIC on whitened residuals together with a smaller
+cross-validation error (see `law_choice`).
 
-No law is exact, and what it lacks the residuals need not show: a drag of bearings that changes in proportion to the speed is
-a share of the linear term.  The interval of the decay time carries that, and what richer laws make of it.
+No law is exact, and the residuals need not show its model error: bearing drag that varies in proportion to the speed is
+indistinguishable from the linear term.  The interval of the decay time includes that, and the range of richer laws.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from tdbmon.analysis.unbroken import without_holes
 from tdbmon.estimate import Z95, Estimate
 from tdbmon.record.keyphasor import Pulses
 
-_TELLING = 0.5  # of the whole drag: a bound of the constant part above it says nothing
-_TURNS_HZ = 1.0  # a steady reading below is no speed that a rotor lost some of
-_PLAINLY = 1e-3  # of the speed at the release, that a law takes more than was lost
+_TELLING = 0.5  # share of the total drag: an upper limit of the constant part above it carries no information
+_TURNS_HZ = 1.0  # a steady reading below is not taken for rotation, and no lost speed is computed from it
+_PLAINLY = 1e-3  # apparent gain of speed, relative to that at the release, above which a drive is suspected
 _BY_INERTIA = (
     ", times 2π and the polar inertia of the machine file; the interval holds the noise of the speed alone, neither an error of"
     " that inertia nor of the law"
@@ -43,29 +43,29 @@ _BY_INERTIA = (
 
 @dataclass(frozen=True, kw_only=True)
 class RunDown:
-    """The run-down of a drop.
+    """Results of the run-down after a drop.
 
     Attributes
     ----------
     initial : Estimate
-        Speed at the release, or as a record without a drop ends, Hz.
+        Speed at the release, or at the end of a record without a drop, Hz.
     lost_speed : Estimate
         Speed lost to contacts and ring spin-up beyond the fitted drag, Hz.
     decay_time : Estimate
-        Time constant of the chosen law's linear term, s; its interval is wider than that of the law's own parameter by what
-        the law may lack.
+        Time constant of the chosen law's linear term, s; its interval is wider than that of the fitted parameter by the
+        possible model error.
     drag_torque : Estimate
-        Torque of the constant drag, N m, by the polar inertia as given; its interval holds the noise of the speed alone.
+        Torque of the constant drag, N m, with the polar inertia as given; its interval covers only the noise of the speed.
     standstill_time : Estimate
         From the record's first sample, s.
     coast_down : CoastDownTimes
-        When the speed has fallen to a half and to a tenth.
+        Times at which the speed has fallen to a half and to a tenth.
     models : tuple of SpeedModel
-        All candidates; empty where there is no run-down.
+        All candidates; empty if there is no run-down.
     fitted_from, fitted_to : float or None
-        The stretch of record that the laws are fitted to, s.
+        Limits of the stretch to which the laws are fitted, s.
     source : str
-        What the speed was taken from.
+        Signal from which the speed was taken.
     pulse_ratio : Estimate
         Revolutions in the speed signal over revolutions counted by the pulses.
     law : DragLaw or None
@@ -73,7 +73,7 @@ class RunDown:
     polar_inertia : float or None
         kg m^2.
     doubt : str
-        What no coasting rotor does, so that a drive may brake; empty where there is nothing.
+        Behaviour that no coasting rotor shows, so that a drive may be braking; empty if there is none.
     """
 
     initial: Estimate
@@ -103,7 +103,7 @@ class RunDown:
         lost_speed: Estimate | None = None,
         models: tuple[SpeedModel, ...] = (),
     ) -> RunDown:
-        """Return one of which no more than the speed at the release is known, for the reason `why`."""
+        """Return a run-down of which at most the initial and the lost speed are known, for the reason `why`."""
         hz, s, torque = (Estimate.missing(unit, why) for unit in ("Hz", "s", "N m"))
         return cls(
             initial=initial,
@@ -122,7 +122,7 @@ class RunDown:
         )
 
     def speed_at(self, time: np.ndarray | float) -> np.ndarray:
-        """Speed by the chosen law, Hz, at times of any shape, s; an extrapolation outside `fitted_from` to `fitted_to`.
+        """Return the speed by the chosen law, Hz, at times of any shape, s; extrapolated outside `fitted_from` to `fitted_to`.
 
         Raises
         ------
@@ -132,12 +132,12 @@ class RunDown:
         return self._law().speed_at(time)
 
     def torque_at(self, speed: np.ndarray | float) -> np.ndarray:
-        """Drag torque by the chosen law, N m, at speeds of any shape, Hz: 2π I_p (a + ω/τ + q ω²).
+        """Return the drag torque by the chosen law, N m, at speeds of any shape, Hz: 2π I_p (a + ω/τ + q ω²).
 
         Raises
         ------
         InputError
-            If no law was fitted or the polar inertia is not known.
+            If no law was fitted or the polar inertia is unknown.
         """
         if self.polar_inertia is None:
             raise InputError("the drag torque needs the rotor's polar inertia; give it in kg m^2")
@@ -163,27 +163,28 @@ def fit_rundown(
     Parameters
     ----------
     time : ndarray (n,)
-        Evenly sampled, s.
+        Uniformly sampled, s.
     speed : ndarray (n,) or None
-        Speed signal, Hz; NaN where missing.  None where there is only a keyphasor.
+        Speed signal, Hz; NaN where missing.  None if there is only a keyphasor.
     release_time : float
         s.
     polar_inertia : float or None
         kg m^2.
     pulses : Pulses, optional
-        Of the keyphasor, with the turns counted.  They set the scale of the speed signal, or serve alone.
+        Of the keyphasor, with the revolutions counted.  They calibrate the speed signal, or are used alone.
     held : float, optional
-        By how much the speed signal's values may be older than their times, s.
+        Largest age of the speed signal's values at their time stamps, s.
 
     Returns
     -------
     RunDown
-        With missing estimates and their reason where the record shows no run-down.
+        With missing estimates and their reason if the record shows no run-down.
 
     Raises
     ------
     InputError
-        If the arrays cannot be a record: lengths differ, times do not rise, neither speed nor pulses are given.
+        If the data are inconsistent: lengths differ, times do not increase, neither speed nor pulses are given, the release
+        lies outside the record, or the polar inertia is not positive.
     """
     time = np.asarray(time, dtype=float)
     signal = None if speed is None else np.asarray(speed)
@@ -199,7 +200,7 @@ def fit_rundown(
 
 
 def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | None, held: float, why: str) -> RunDown:
-    """Return the speed with which a record without a drop ends; the rest is missing for the reason `why`.
+    """Return the speed at the end of a record without a drop; the rest is missing for the reason `why`.
 
     Parameters
     ----------
@@ -215,6 +216,7 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
 
 
 def _run(observed: Observed, last: float, release: float, polar_inertia: float | None) -> RunDown:
+    """Return the run-down from the measured speed of a record that ends at `last`, s."""
     lead, after, rest = observed.lead, observed.after, observed.rest
     source, ratio = observed.source, observed.ratio
     before: LawFit | None = None
@@ -242,10 +244,10 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     if stretch is None:
         return without("too few means of the speed before standstill")
     reached = bool(stretch.end[-1] >= min(rest.turning_until, after.end[-1]) - 1e-9)
-    if reached:  # a law of constant drag down to zero: the rotor does rest
+    if reached:  # a law with constant drag holds down to zero, as the rotor comes to rest
         stretch = replace(stretch, offset_sigma=rest.level_sigma)
     noise = noise_in(stretch)
-    # the run-down shows the noise's colour better than the few samples of levitation do
+    # the run-down determines the autocorrelation of the noise better than the few samples of levitation
     share = 1.0 if lead.pulsed or not len(lead) else float(np.sqrt(_span(stretch) / _span(lead)))
     before = levitated_law(lead, release, Noise(np.empty(0), noise.slow * share))
     candidates, chosen = choose_law(stretch, noise)
@@ -261,17 +263,17 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     misfit = misfit_of(chosen, candidates, stretch)
     if slip or misfit:
         if not slip:
-            before = None  # levitation tells its own noise better than what no law fits
+            before = None  # without a law the noise is estimated from the levitated stretch itself
         run = without(slip or NO_LAW, tuple(replace(m, chosen=False) for m in models))
         return run if slip else _seen(run, observed, release, last, misfit)
     initial = speed_at_release(before, lead, release, source, Z95, _unsure(observed, before), observed.delay)
     decay = decay_time_of(chosen, levitated, stretch)
-    # what no law may be carried on by
+    # reason why the law must not be extrapolated
     slips = decay.why if levitated is None and is_short(stretch) else ""
     hidden = slips if reached else "the fitted law does not hold down to the slowest measured speed"
     lost = lost_to_law(initial, fit, release, decay, stretch)
     gained = gained_in(lost, float(stretch.begin[0]))
-    # rings that may slip still take from the law what they took before it
+    # if rings may still slip, the law already contains part of the speed lost to them
     untold = gained or slips
     return RunDown(
         initial=initial,
@@ -289,13 +291,13 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         pulse_ratio=ratio,
         law=fit.law,
         polar_inertia=polar_inertia,
-        # less than that is an error of the law rather than a drive
+        # a smaller gain is a model error of the law rather than a drive
         doubt=gained if -float(lost.high or 0.0) > _PLAINLY * float(initial.value or 0.0) else "",
     )
 
 
 def _seen(run: RunDown, observed: Observed, release: float, last: float, misfit: str) -> RunDown:
-    """Return a run-down that no law fits with what the speed itself shows: when it is half and a tenth, and nought."""
+    """Return a run-down that no law fits, completed by the measured times of half and a tenth of the speed and of standstill."""
     return replace(
         run,
         standstill_time=stop_seen(observed.rest, NO_LAW),
@@ -305,7 +307,7 @@ def _seen(run: RunDown, observed: Observed, release: float, last: float, misfit:
 
 
 def _delayed(run: RunDown, delay: float) -> RunDown:
-    """Widen what the fit does not know of: by how much, s, its times may be off either way."""
+    """Widen the intervals of a run-down by the timing error of the speed signal, `delay` either way, s."""
     if not delay:
         return run
     slowing = 0.0 if run.law is None else float(run.law.deceleration(run.law.speed))
@@ -319,10 +321,10 @@ def _delayed(run: RunDown, delay: float) -> RunDown:
 
 
 def _unsure(observed: Observed, levitated: LawFit | None) -> float:
-    """Relative half-width that the speed at the release has beyond noise.
+    """Return the relative half-width of the speed at the release that is not due to noise.
 
-    A turn of nearly whole samples lets the rounding of the pulses drift by up to one `tick` over their train, instead of being
-    random.
+    If a revolution lasts nearly a whole number of samples, the rounding of the pulse times is not random but may drift by up to
+    one `tick` over the pulse train.
     """
     if levitated is None:
         return 0.0
@@ -330,10 +332,12 @@ def _unsure(observed: Observed, levitated: LawFit | None) -> float:
 
 
 def _span(coast: Coast) -> float:
+    """Return the usual duration of the spans over which the speed is averaged, s."""
     return float(np.median(coast.end - coast.begin))
 
 
 def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float | None) -> Estimate:
+    """Return the torque of the constant drag, N m; if the law has none, missing with its upper confidence limit."""
     if polar_inertia is None:
         return Estimate.missing("N m", "the rotor's polar inertia is not known")
     factor = 2 * np.pi * polar_inertia

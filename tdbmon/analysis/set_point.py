@@ -1,7 +1,7 @@
-"""The set point of the levitation: a shaft is held near the middle of its clearance, so the fitted circle lies about it.
+"""Check of the fitted clearance circle against the levitated position, which lies near the centre of the clearance.
 
-An arc tells the curvature at the bottom.  Where the bore is not round that is not its radius, and the circle's centre then lies
-far from where the shaft levitated.
+The settled shaft covers only an arc, which determines the curvature at the bottom.  In a bore that is not round this is not its
+radius, and the centre of the circle then lies far from the levitated position.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from tdbmon.record.finding import Check, um
 
 _CHECK = "set point"
 _NO_CENTRE = "the check of the set point failed: where a bore is not round, the centre of its circle is not that of the clearance"
-_MOST = 0.25  # of the gap, by which a set point lies off the centre at most; the shipped machines' lie within 0.2
+_MOST = 0.25  # largest plausible offset of a set point from the centre, in gaps; the shipped machines stay within 0.2
 
 
 def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machine) -> list[Check]:
-    """Check that the shaft levitated near the centre of the circle of each end that has one."""
+    """Check that the shaft levitated near the centre of the clearance circle, at each end that has one."""
     found = []
     for name, end in ends.items():
         state = release.states.get(name)
@@ -43,6 +43,6 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
 
 
 def no_centre(checks: Iterable[Check], end: str) -> str:
-    """Return why the circle of an end does not tell the clearance centre; "" where no check of it failed."""
+    """Return why the circle of an end does not give the clearance centre; "" unless its set point check failed."""
     failed = any(check.check == _CHECK and check.channel == end and not check.passed for check in checks)
     return _NO_CENTRE if failed else ""

@@ -1,6 +1,6 @@
-"""The arc that the settled shaft swings along: mean radius and load over the angle, from positions and accelerations.
+"""Arc along which the settled shaft swings: mean radius and load by angle bin, from positions and accelerations.
 
-What the bins of angle hold is averaged in blocks of time, whose scatter tells how well each is known.
+Each angle bin is averaged in blocks of time, whose scatter gives its standard deviation.
 """
 
 from __future__ import annotations
@@ -12,19 +12,19 @@ import numpy as np
 from tdbmon.analysis.unbroken import pieces
 
 _LOWPASS_HZ = 300.0  # only accelerations are smoothed; the arc itself needs the swing's harmonics
-_SOLVED = 3  # bins of angle; with fewer the circle is not determined
+_SOLVED = 3  # angle bins; with fewer the circle is not determined
 _RATE_HZ = 2500.0
-_ROUNDING = 1e-6  # of a rate told from times: what is a whole number in all else must not fall short of it
+_ROUNDING = 1e-6  # keeps rounding of a rate computed from times from lowering a whole number
 BIN_DEG = 3.0
-_UNSEEN = 2  # blocks of time, in so few of which a bin of angle is not used; its weight grows from there
-_USUAL = 10  # blocks: what the bins' usual scatter counts for beside one's own, which few blocks tell badly
+_UNSEEN = 2  # a bin seen in so few blocks of time is not used; its weight grows from there
+_USUAL = 10  # blocks: prior weight of the bins' usual scatter, as few blocks determine a bin's own poorly
 _PARTS = 12
-_BLOCK_S = 0.05  # longer than a swing: what is seen in different blocks counts as independent
+_BLOCK_S = 0.05  # longer than a swing period, so that blocks are taken as independent
 
 
 @dataclass(frozen=True)
 class Steady:
-    """Where the settled shaft is seen (n, 2), m, the acceleration of what it carries (n, 2), m/s^2, and the block of time."""
+    """Positions of the settled shaft (n, 2), m, accelerations of the mass it carries (n, 2), m/s^2, and blocks of time (n,)."""
 
     xy: np.ndarray
     acceleration: np.ndarray
@@ -32,9 +32,9 @@ class Steady:
 
     @classmethod
     def of(cls, time: np.ndarray, xy: np.ndarray, carried: np.ndarray, rate: float) -> Steady:
-        """Average neighbours down to some `_RATE_HZ`: far above the swing's harmonics and the bounce on the bearing.
+        """Return the settled motion, decimated by averaging to about `_RATE_HZ`, far above swing harmonics and bounce frequency.
 
-        A stretch without samples, missing ones or a hole in the time axis, parts pieces: no acceleration reaches across it.
+        Missing samples and gaps in the time axis separate pieces, across which no acceleration is computed.
         """
         count = max(1, int(rate / _RATE_HZ + _ROUNDING))
         rate /= count
@@ -54,7 +54,10 @@ class Steady:
 
 @dataclass(frozen=True)
 class Arc:
-    """Mean radius and load over the angle from the bottom, in bins; `sigma` from the scatter between blocks of time."""
+    """Mean radius, m, and load, over the static one, by bin of the angle from the bottom, rad; `sigma` of the radius, m.
+
+    `sigma` is estimated from the scatter between blocks of time.
+    """
 
     angle: np.ndarray
     radius: np.ndarray
@@ -74,6 +77,7 @@ class Cells:
 
     @classmethod
     def of(cls, steady: Steady, gravity: float, circle: np.ndarray) -> Cells:
+        """Return the averages about the centre of a circle (x, y, ...), m."""
         block = steady.block
         d = steady.xy - circle[:2]
         r = np.hypot(d[:, 0], d[:, 1])
@@ -90,9 +94,9 @@ class Cells:
         return cls(circle[:2].copy(), halfwidth, cell // blocks, cell % blocks, means)
 
     def parts(self) -> list[Arc]:
-        """Return the arcs that are left when one of some parts of the time is left out in turn; none if one tells no circle.
+        """Return the jackknife arcs, each without one part of the time; none if one of them does not determine a circle.
 
-        The circle then rests on the part that was left out, and nothing says how much that errs.
+        The circle then depends on the omitted part, whose error cannot be estimated.
         """
         blocks = np.unique(self.block)
         shares = np.array_split(blocks, min(_PARTS, len(blocks)))
@@ -103,10 +107,10 @@ class Cells:
         return left if all(len(arc.angle) >= _SOLVED for arc in left) else []
 
     def arc(self) -> Arc:
-        """Average over the blocks; a bin seen in fewer than three says nothing about its own error.
+        """Return the averages over the blocks, without bins seen in fewer than three, which give no estimate of their error.
 
-        Three that happen to agree make no sure bin either: at the ends of the arc, where bins come and go with a few samples,
-        it would turn the circle.  The variance of each is drawn towards the usual one, and no bin comes in at full weight.
+        Nor do three blocks that happen to agree make a bin certain: at the ends of the arc, where bins hold few samples, it would
+        tilt the circle.  The variance of each bin is shrunk towards the usual one, and its weight rises gradually from zero.
         """
         bins = [self.means[self.bin == b] for b in np.unique(self.bin)]
         bins = [means for means in bins if len(means) > _UNSEEN]
@@ -125,7 +129,7 @@ def _averaged(time: np.ndarray, xy: np.ndarray, count: int) -> tuple[np.ndarray,
 
 
 def _acceleration(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray:
-    """Return the smoothed acceleration at samples so numbered, straight lines over the few that are missing between them."""
+    """Return the smoothed acceleration at the samples of these numbers; the few missing ones are interpolated linearly."""
     every = np.arange(number[-1] + 1)
     line = xy if len(every) == len(xy) else np.column_stack([np.interp(every, number, row) for row in xy.T])
     velocity = np.gradient(_lowpass(line, rate), axis=0) * rate
@@ -133,7 +137,7 @@ def _acceleration(xy: np.ndarray, number: np.ndarray, rate: float) -> np.ndarray
 
 
 def _lowpass(data: np.ndarray, rate: float) -> np.ndarray:
-    """Zero-phase low-pass at `_LOWPASS_HZ` (frequency domain; the ends are mirrored)."""
+    """Return data after a zero-phase low-pass at `_LOWPASS_HZ` (in the frequency domain, with odd reflection at the ends)."""
     from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
 
     pad = min(len(data) - 1, int(0.1 * rate))

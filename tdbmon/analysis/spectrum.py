@@ -1,7 +1,7 @@
 """Spectra of the displacement against time (waterfall) and against speed (cascade), and the full spectrum.
 
-A full spectrum splits the orbit z = x + j y into the part that whirls with the rotor (forward) and the part that whirls
-against it (backward): for a frequency f > 0 the coefficients of z at +f and -f, exchanged where the rotor turns clockwise
+A full spectrum splits the orbit z = x + j y into forward whirl (in the direction of rotation) and backward whirl
+(against it): for a frequency f > 0 the coefficients of z at +f and -f, exchanged if the rotor turns clockwise
 (A. Muszynska, *Rotordynamics*, CRC Press 2005, ch. 2; P. Goldman and A. Muszynska, "Application of full spectrum to
 rotating machinery diagnostics", Orbit 20 (1), 1999).
 Windows by F. J. Harris, Proc. IEEE 66, 1978, 51-83.
@@ -18,25 +18,25 @@ from tdbsim.errors import InputError
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.record.timebase import usual_interval
 
-_SCALE = "0-pk"  # what a tone reads
+_SCALE = "0-pk"  # amplitude scale
 _WINDOWS = {
     "hann": (0.5, 0.5),
     "blackman-harris": (0.35875, 0.48829, 0.14128, 0.01168),  # four terms, sidelobes below -92 dB
 }
 _LONGEST_S = 1.0
-_SHARE = 8  # windows in a short record, laid end to end
-_TOP_HZ = 1000.0  # what a dropped rotor shows lies below
-_CHUNK = 16  # frames transformed at a time: they stay in the processor's cache
+_SHARE = 8  # window lengths in a short record
+_TOP_HZ = 1000.0  # the vibration of a dropped rotor lies below
+_CHUNK = 16  # frames transformed at a time, so that they stay in the processor's cache
 
 
 def cosine_window(name: str, length: int) -> np.ndarray:
-    """Return a periodic window, a sum of cosines: "hann" or "blackman-harris"."""
+    """Return a periodic cosine-sum window: "hann" or "blackman-harris"."""
     turn = 2 * np.pi * np.arange(length) / length
     return np.asarray(sum((-1) ** i * a * np.cos(i * turn) for i, a in enumerate(_WINDOWS[name])))
 
 
 def window_gain(name: str, offset: np.ndarray) -> np.ndarray:
-    """Return the window's response to a tone `offset` bins beside a bin, relative to one on it (long windows)."""
+    """Return a window's response to a tone `offset` bins off a bin, relative to a tone on it (limit of long windows)."""
     terms = _WINDOWS[name]
     total = terms[0] * np.sinc(offset)
     for i, a in enumerate(terms[1:], start=1):
@@ -45,12 +45,12 @@ def window_gain(name: str, offset: np.ndarray) -> np.ndarray:
 
 
 def window_starts(time: np.ndarray, length: int, step: int) -> np.ndarray:
-    """Return the first samples of windows `step` samples apart on a time axis (n,), which may have holes.
+    """Return the first samples of windows `step` samples apart on a time axis (n,), which may have gaps.
 
-    Windows follow each other in time, so that their spectra stand where they belong; -1 for one that spans a hole.
+    Windows are uniformly spaced in time, also across gaps; -1 for a window that spans a gap.
     """
     whole = pieces(time)
-    number = np.arange(len(time))  # of samples on an axis without holes
+    number = np.arange(len(time))  # sample numbers on an axis without gaps
     for piece in whole[1:]:
         number[piece] += round((time[piece.start] - time[0]) / usual_interval(time)) - piece.start
     wanted = np.arange(0, number[-1] + 2 - length, step)
@@ -61,24 +61,24 @@ def window_starts(time: np.ndarray, length: int, step: int) -> np.ndarray:
 
 
 def short_time_spectra(signal: np.ndarray, starts: np.ndarray, length: int, bins: int, window: str) -> np.ndarray:
-    """Fourier coefficients of overlapping windowed stretches, each freed of its mean.
+    """Return the short-time Fourier coefficients of a signal, with the mean of each window removed.
 
     Parameters
     ----------
     signal : ndarray, shape (samples,)
     starts : ndarray of int, shape (frames,)
-        First sample of each window; -1 for a window that is none (`window_starts`).
+        First sample of each window; -1 for one that spans a gap (`window_starts`).
     length : int
-        Samples of a window.
+        Samples per window.
     bins : int
-        Coefficients kept, from 0 Hz on.
+        Number of coefficients returned, from 0 Hz on.
     window : str
         "hann" or "blackman-harris".
 
     Returns
     -------
     ndarray of complex, shape (frames, bins)
-        Scaled so that a tone on a bin has the modulus of its 0-pk amplitude; NaN where a stretch holds NaN or is none.
+        Scaled so that a tone on a bin has its 0-pk amplitude as modulus; NaN for a window with NaN or a start of -1.
     """
     weight = cosine_window(window, length)
     frames = np.lib.stride_tricks.sliding_window_view(signal, length)
@@ -105,33 +105,33 @@ def forward_backward(x: np.ndarray, y: np.ndarray, sense: int) -> tuple[np.ndarr
     Returns
     -------
     forward, backward : ndarray of complex
-        Radii of the two circles whose sum is the orbit; the greater half-axis is the sum of their moduli.
+        Their moduli are the radii of the two circles whose sum is the orbit; the major semi-axis is the sum of both.
     """
     ccw, cw = (x + 1j * y) / 2, (np.conj(x) + 1j * np.conj(y)) / 2
     return (ccw, cw) if sense > 0 else (cw, ccw)
 
 
 def waterfall(planes: xr.Dataset, window_s: float | None = None, step_s: float | None = None) -> xr.Dataset:
-    """Amplitude spectra against time (Hann windows), 0-pk, up to 1 kHz or half the sampling rate.
+    """Return amplitude spectra against time (Hann windows), 0-pk, up to 1 kHz or half the sampling rate.
 
-    For the first second after the release hand in that stretch alone (``planes.sel(time=slice(t, t + 1))``): windows
+    For the first second after the release pass only that stretch (``planes.sel(time=slice(t, t + 1))``), since windows
     are an eighth of a short record.
 
     Parameters
     ----------
     planes : Dataset
-        ``displacement(end, axis, time)``, m, uniformly sampled but for holes; attribute ``sampling_hz``.
+        ``displacement(end, axis, time)``, m, uniformly sampled except for gaps; attribute ``sampling_hz``.
     window_s : float, optional
-        Length of a window, s; by default 1 s, or an eighth of a record shorter than 8 s.
+        Window length, s; by default 1 s, or an eighth of a record shorter than 8 s.
     step_s : float, optional
-        From one window to the next, s; by default a quarter of a window.
+        Hop between windows, s; by default a quarter of a window.
 
     Returns
     -------
     Dataset
-        ``amplitude(end, axis, time, frequency)`` in m, ``time`` the middle of each window, s.  Attributes: ``window``,
-        ``window_s``, ``step_s``, ``overlap``, ``coherent_gain`` (mean of the window, already divided out),
-        ``noise_bandwidth_bins``, ``noise_bandwidth_hz``, ``scale``.  A window that holds NaN or spans a hole in
+        ``amplitude(end, axis, time, frequency)`` in m, ``time`` the centre of each window, s.  Attributes: ``window``,
+        ``window_s``, ``step_s``, ``overlap``, ``coherent_gain`` (mean of the window, already corrected for),
+        ``noise_bandwidth_bins``, ``noise_bandwidth_hz``, ``scale``.  A window that contains NaN or spans a gap in
         the time axis gives NaN.
 
     Raises
@@ -145,7 +145,7 @@ def waterfall(planes: xr.Dataset, window_s: float | None = None, step_s: float |
 
 
 def full_spectrum(planes: xr.Dataset, sense: int, window_s: float | None = None) -> xr.Dataset:
-    """Forward and backward amplitude spectra against time, relative to the rotation.
+    """Return the full spectrum: forward and backward amplitude spectra against time, relative to the rotation.
 
     Parameters are those of `waterfall`; `sense` is +1 where the rotor turns from +x towards +y, -1 otherwise.
 
@@ -173,27 +173,27 @@ def full_spectrum(planes: xr.Dataset, sense: int, window_s: float | None = None)
 def cascade(
     spectra: xr.Dataset, speed_time: np.ndarray, speed_hz: np.ndarray, step_hz: float | None = None
 ) -> xr.Dataset:
-    """Spectra against speed: those of a waterfall averaged in power over equal steps of speed.
+    """Return spectra against speed: those of a waterfall, averaged in power over equal steps of speed.
 
     Parameters
     ----------
     spectra : Dataset
         Result of `waterfall` or `full_spectrum`.
     speed_time, speed_hz : ndarray, shape (n,)
-        Speed, Hz, on its own samples, s.
+        Speed, Hz, at its own sample times, s.
     step_hz : float, optional
         Width of a step, Hz; by default a hundredth of the highest speed.
 
     Returns
     -------
     Dataset
-        The variables with ``speed`` (middle of a step, Hz, rising) in place of ``time``, and ``spectra(speed)``, how
-        many windows fall into a step.  Steps without one are left out; a spectrum is NaN where samples are missing in all.
+        The variables with ``speed`` (centre of a step, Hz, increasing) in place of ``time``, and ``spectra(speed)``, the
+        number of windows in a step.  Steps without windows are omitted; a spectrum is NaN if all its windows lack samples.
 
     Raises
     ------
     InputError
-        If no speed is known during the spectra.
+        If no speed is known at the times of the spectra, or `step_hz` is not positive.
     """
     known = np.isfinite(speed_hz)
     centre = spectra.time.to_numpy()
@@ -211,7 +211,7 @@ def cascade(
     variables = {}
     for name, values in spectra.data_vars.items():
         power = np.moveaxis(values.transpose(..., "time", "frequency").to_numpy(), -2, 0)[inside] ** 2
-        there = np.isfinite(power[..., :1])  # where samples are missing, a window has no spectrum at all
+        there = np.isfinite(power[..., :1])  # a window with missing samples is NaN at all frequencies
         total, seen = (np.zeros((len(steps), *each.shape[1:])) for each in (power, there))
         np.add.at(total, member, np.where(there, power, 0.0))
         np.add.at(seen, member, there)
@@ -225,7 +225,7 @@ def cascade(
 
 
 def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: float) -> np.ndarray:
-    """Mean of a sampled quantity over windows of `width` about `centre` (cut where it is not known)."""
+    """Return the mean of a sampled quantity over windows of `width` about `centre`, s (truncated to the known range)."""
     integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2)])
     low = np.clip(centre - width / 2, time[0], time[-1])
     high = np.clip(centre + width / 2, time[0], time[-1])
@@ -236,7 +236,7 @@ def mean_over(time: np.ndarray, values: np.ndarray, centre: np.ndarray, width: f
 
 @dataclass(frozen=True)
 class _Frame:
-    """Where the windows lie, how long they are, and what of their spectra is kept."""
+    """Window layout of a waterfall: rate, Hz, length and step in samples, bins kept, and first time, s."""
 
     rate: float
     length: int
@@ -262,7 +262,7 @@ class _Frame:
         return cls(rate, length, step, bins, float(planes.time[0]))
 
     def transform(self, planes: xr.Dataset) -> np.ndarray:
-        """Coefficients, shape (end, axis, frames, bins)."""
+        """Return the Fourier coefficients, shape (end, axis, frames, bins)."""
         signals = planes.displacement.transpose("end", "axis", "time").to_numpy()
         starts = window_starts(planes.time.to_numpy(), self.length, self.step)
         return np.array(
@@ -270,6 +270,7 @@ class _Frame:
         )
 
     def dataset(self, planes: xr.Dataset, variables: dict[str, tuple]) -> xr.Dataset:
+        """Return amplitude variables with coordinates and window attributes as a dataset."""
         frames = next(iter(variables.values()))[1].shape[-2]
         weight = cosine_window("hann", self.length)
         bandwidth = float(self.length * np.sum(weight**2) / weight.sum() ** 2)

@@ -1,6 +1,6 @@
-"""The speed at the release: that of the levitated rotor, up to the instant at which it begins to fall.
+"""Speed at the release, extrapolated from the levitated rotor to the instant at which it begins to fall.
 
-A drive may have tripped shortly before: the law is that of the last stretch which one law fits.
+The drive may have tripped shortly before, so that the law is fitted to the last stretch that a single law describes.
 """
 
 from __future__ import annotations
@@ -17,35 +17,35 @@ from tdbmon.estimate import Estimate
 from tdbmon.quantity import counted
 from tdbmon.record.speed_checks import STANDSTILL_HZ
 
-# of levitation before the release, from which the speed at the release is found; more where it is told seldom
+# levitated stretch before the release from which its speed is estimated; longer if the speed is recorded rarely
 _LEAD_S = 0.2
 AGE = "how old a held speed may be"
-_FEWEST = 6  # means of the speed in it
-_LEAST_S = 0.005  # of levitation, without which nothing tells the speed there
-_MISFIT = 4.0  # of the noise's power, left by a law of the levitated speed: no law of that stretch
+_FEWEST = 6  # least number of mean speeds in it
+_LEAST_S = 0.005  # least duration of levitation for an estimate
+_MISFIT = 4.0  # residual over noise variance above which the law does not describe the levitated speed
 
 
 def lead_of(interval: float) -> float:
-    """Return how long before the release the speed is looked at, s, that is told every `interval`, s."""
+    """Return the length of the stretch before the release for a speed that is recorded every `interval`, s."""
     return max(_LEAD_S, (_FEWEST + 2) * interval)
 
 
 def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | None:
-    """Return the law of the levitated speed: an exponential of either sign, over the last stretch that one fits.
+    """Fit the law of the levitated speed: an exponential of either sign, over the last stretch that one describes.
 
     Parameters
     ----------
     lead : Coast
-        Up to the release, where a driven rotor begins to coast.
+        Speed up to the release, where a driven rotor begins to coast.
     release : float
         s.
     noise : Noise or None
-        None where the stretch itself must tell it.
+        Noise model; None if it must be estimated from the stretch itself.
 
     Returns
     -------
     LawFit or None
-        None where too little levitates, or nothing turns.
+        None if the levitated stretch is too short, or the rotor does not turn.
     """
     if not _levitates(lead, release) or lead.mean.min() <= 0:
         return None
@@ -56,7 +56,7 @@ def levitated_law(lead: Coast, release: float, noise: Noise | None) -> LawFit | 
     power = float(rough.white @ rough.white) / max(len(rough.white) - rough.parameters, 1)
     if power < _MISFIT:
         return rough
-    # the stretch is too short to show where its law changes: then the misfit is its error
+    # the stretch is too short to show where its law changes: the misfit is taken as noise instead
     return fit_law(lead, ("linear",), replace(noise, sigma=noise.sigma * float(np.sqrt(power))), rough.law)
 
 
@@ -73,11 +73,12 @@ def speed_at_release(
     bound: float,
     delay: float,
 ) -> Estimate:
-    """Return the speed at the release (s) by the levitated law, Hz, which was sought in `lead`.
+    """Return the speed at the release, Hz, by the law `before` that was fitted to `lead`.
 
-    A shaft that stands has no law: its speed is the signal's mean, of either sign, unless it holds one value as a dead one does.
-    Without a `quantile` Student's is taken, since the noise was estimated from the same few spans; `source` tells of what
-    signal; `bound` is the relative half-width of what is not noise; by `delay`, s, the law's times may be off either way.
+    A shaft at standstill has no law: its speed is the signal's mean, of either sign, unless the signal is constant as that of a
+    dead channel.  Without a `quantile` that of Student's t is used, since the noise was estimated from the same few spans.
+    `source` names the signal, `bound` is the relative half-width of the non-random error, and `delay` the timing error either
+    way, s.
     """
     if before is None and 0 < len(lead) < _FEWEST:
         told = f"the speed is told {counted(len(lead), 'time')} before the release; {_FEWEST} are needed"

@@ -1,4 +1,4 @@
-"""A law of drag that was tried on a run-down, as it is published: its terms with their intervals, and how well it fits."""
+"""Drag laws fitted to a run-down, as they are published: parameters with confidence intervals, and goodness of fit."""
 
 from __future__ import annotations
 
@@ -13,23 +13,23 @@ from tdbmon.estimate import Z95, Estimate
 
 @dataclass(frozen=True)
 class SpeedModel:
-    """A candidate law, fitted.
+    """A fitted candidate law.
 
     Attributes
     ----------
     name : str
         One of `law_choice.MODELS`.
     parameters : dict of Estimate
-        ``decay_time_s``, ``constant_drag_hz_per_s``, ``quadratic_loss_per_revolution`` (share of the speed lost a
-        revolution), those that the law has.
+        ``decay_time_s``, ``constant_drag_hz_per_s``, ``quadratic_loss_per_revolution`` (share of the speed lost per
+        revolution), as far as the law has them.
     rms, held_out_rms : float
-        Misfit of the mean speed over blocks (or turns), Hz, and the same on stretches that took no part in the fit.
+        Rms residual of the mean speed over blocks (or revolutions), Hz, and the same in cross-validation.
     bic : float
-        On whitened residuals.
+        Bayesian information criterion of the whitened residuals.
     chosen : bool
-        True for the one that the other results rest on.
+        True for the law on which the other results are based.
     refused : str
-        Why it cannot be chosen; empty where it can.
+        Why it cannot be chosen; empty if it can.
     """
 
     name: str
@@ -42,7 +42,7 @@ class SpeedModel:
 
 
 def speed_model(candidate: Candidate, chosen: bool) -> SpeedModel:
-    """State a candidate's parameters with their intervals and units."""
+    """Return the published form of a candidate: parameters with their intervals and units, and goodness of fit."""
     makers: dict[str, tuple[str, Callable[[float], float], str]] = {
         "linear": ("decay_time_s", lambda b: 1 / b, "s"),
         "constant": ("constant_drag_hz_per_s", lambda a: a, "Hz/s"),
@@ -58,7 +58,7 @@ def speed_model(candidate: Candidate, chosen: bool) -> SpeedModel:
 
 
 def term_of(candidate: Candidate, term: str, of: Callable[[float], float], unit: str) -> Estimate:
-    """Return a positive term, or what follows from it, with an interval that is symmetric in its logarithm."""
+    """Return a function `of` a positive coefficient, with an interval that is symmetric in the logarithm."""
     if term not in candidate.fit.terms:
         return Estimate.missing(unit, f"the chosen law ({candidate.name}) has no {term} term")
     value = float(getattr(candidate.fit.law, term))

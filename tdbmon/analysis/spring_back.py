@@ -1,11 +1,11 @@
-"""How the sag of a levitated shaft springs back in the fall, by the machine file's rotor and magnetic bearings.
+"""Relaxation of the gravity sag of a levitated shaft after its release, predicted from the machine file.
 
-Between its magnetic bearings the shaft sags under its weight as statics has it.  Let go, it swings in its bending modes.  On a
-turning rotor gyroscopic moments split these in two, tilt the shaft and turn the swing sideways, the more the heavier its
-wheels: at the probes of an overhung rotor by more than it falls in the first milliseconds.  In a frame that stands still, with
-modal coordinates q = a + i b (`tdbsim.modes`),
+Between its magnetic bearings the shaft has its static sag.  When released it vibrates freely in its bending modes.  On a rotating
+shaft gyroscopic moments split each mode in two, tilt the shaft and turn the vibration sideways, the more the heavier its wheels:
+at the probes of an overhung rotor this exceeds the fall in the first milliseconds.  In the stationary frame, with modal
+coordinates q = a + i b (`tdbsim.modes`),
     q'' - i omega G q' + (2 pi frequencies)^2 q = f exp(-t/T),
-f the modal forces of the magnetic bearings, whose force dies away in T (at once: T = 0).
+where f are the modal forces of the magnetic bearings, which decay with the time constant T (T = 0: at once).
 """
 
 from __future__ import annotations
@@ -23,36 +23,36 @@ from tdbsim.rotor import RotorModel
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-_BENDING = 8  # modes: what those beyond sag is nanometres
-_TIMES = 1e-5 * np.arange(5001)  # s: of the path that is kept; a fall is over long before
+_BENDING = 8  # modes: the sag in higher ones is nanometres
+_TIMES = 1e-5 * np.arange(5001)  # s, of the tabulated response; a fall is over long before
 
 
 @dataclass(frozen=True, eq=False)
 class Sag:
-    """The levitated sag of a shaft.
+    """Static sag of a levitated shaft, in modal coordinates.
 
     Attributes
     ----------
     modes : Modes
-        Of the free rotor.
+        Of the free-free rotor.
     force : (n,) array
-        Upward force of the magnetic bearings in each mode, N/sqrt(kg).
+        Modal force of the magnetic bearings, upwards, N/sqrt(kg).
     """
 
     modes: Modes
     force: Array
 
     def seen(self, maps: Array, probes: list[tuple[float, float]], omega: float) -> SpringBack:
-        """Return how it springs back, as rows of positions show it.
+        """Return its relaxation in position coordinates (rows) that are linear combinations of the probe readings.
 
         Parameters
         ----------
         maps : (r, p) array
-            From the probes' readings to the rows.
+            Matrix from the probe readings to the rows.
         probes : list of pair
-            Position, m, and angle, rad, of each probe.
+            Axial position, m, and angle, rad, of each probe.
         omega : float
-            Of the shaft, rad/s, negative clockwise.
+            Angular speed of the shaft, rad/s, negative clockwise.
         """
         positions, angles = np.array(probes).T
         reading = np.exp(-1j * angles)[:, None] * self.modes.at(positions)[:, 1:]
@@ -60,7 +60,7 @@ class Sag:
 
 
 def sag_of(machine: Machine, rotor: RotorModel) -> Sag | None:
-    """Return the levitated sag by the machine file; None unless two magnetic bearings hold a shaft that lies."""
+    """Return the levitated sag by the machine file; None unless two magnetic bearings carry a horizontal shaft."""
     at = np.array([each.position for each in machine.magnetic_bearings])
     if len(at) != 2 or at[0] == at[1] or machine.gravity <= 0:
         return None
@@ -71,15 +71,15 @@ def sag_of(machine: Machine, rotor: RotorModel) -> Sag | None:
 
 @dataclass(frozen=True, eq=False)
 class SpringBack:
-    """A sag that springs back, as rows of positions show it.
+    """Relaxation of a sag, as measured in position coordinates (rows).
 
     Attributes
     ----------
     sag : Sag
     omega : float
-        Of the shaft, rad/s, negative clockwise.
+        Angular speed of the shaft, rad/s, negative clockwise.
     rows : (r, n - 1) array, complex
-        What each row shows of a mode (without the translation), as Re(row q).
+        Measured shape of each mode (without the translation): a row reads Re(row q).
     """
 
     sag: Sag
@@ -87,11 +87,11 @@ class SpringBack:
     rows: Complex
 
     def mapped(self, maps: Array) -> SpringBack:
-        """Return what other rows show, which a matrix makes of these."""
+        """Return the relaxation in other rows, which are obtained from these by a matrix."""
         return SpringBack(self.sag, self.omega, np.asarray(maps @ self.rows))
 
     def stiffer(self, factor: float) -> SpringBack:
-        """Return that of a shaft whose bending frequencies are so many times as high."""
+        """Return the relaxation of a shaft whose bending frequencies are multiplied by a factor."""
         modes = replace(self.sag.modes, frequencies=factor * self.sag.modes.frequencies)
         return SpringBack(Sag(modes, self.sag.force), self.omega, self.rows)
 
@@ -105,7 +105,7 @@ class SpringBack:
             Decay time of the magnetic force, s.
         """
         swung = self._sudden
-        if decay > 0:  # what follows the force as it dies away, and what swings freely about that
+        if decay > 0:  # particular solution that follows the decaying force, and free vibration about it
             stiff = np.diag(self._squares + 1 / decay**2) + 1j * self._turning / decay
             held = np.linalg.solve(stiff, 1j * self.sag.force[1:])
             swung = swung - (self._swing @ np.concatenate([held, -held / decay])).real.T
@@ -114,7 +114,7 @@ class SpringBack:
 
     @cached_property
     def _sudden(self) -> Array:
-        """Where the rows are (r, times), m, as the sag swings about the straight shaft from rest."""
+        """Displacement of the rows (r, times), m, in the free vibration from the sag at rest, about the straight shaft."""
         stiff = self._squares
         bent = np.where(stiff > 0, 1j * self.sag.force[1:] / np.where(stiff > 0, stiff, 1.0), 0.0)
         return np.asarray((self._swing @ np.concatenate([bent, 0 * bent])).real.T)
@@ -126,11 +126,12 @@ class SpringBack:
 
     @property
     def _turning(self) -> Array:
+        """Gyroscopic matrix times the angular speed, without the translation."""
         return np.asarray(self.omega * self.sag.modes.gyro[1:, 1:])
 
     @cached_property
     def _swing(self) -> Complex:
-        """What the rows show of the free motion from each coordinate and velocity alone, (times, r, 2 (n - 1))."""
+        """Response of the rows to a unit initial value of each coordinate and velocity, (times, r, 2 (n - 1))."""
         n = len(self._squares)
         rates = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(self._squares), 1j * self._turning]])
         step = expm(_TIMES[1] * rates)

@@ -1,4 +1,4 @@
-"""When the rotor stands still: from the law that the speed follows, and from the record itself."""
+"""Time of standstill of the rotor, from the fitted drag law and from the speed signal itself."""
 
 from __future__ import annotations
 
@@ -10,41 +10,41 @@ from tdbmon.analysis.autoregression import noise_of
 from tdbmon.analysis.drag_law import Coast, LawFit, slowing_time
 from tdbmon.estimate import Estimate
 
-_TAIL = 0.05  # share of the record by which rest is judged
-_GROUPS = 200  # parts in which the end of rotation is looked for
-_REST_SHARE = 0.01  # of the speed at release: a steady level below it is the zero of the signal, not a speed
-_TURNING, _LOST = 4.0, 1.0  # standard deviations at which a part surely turns, and at which nothing more is seen
-_CREEP = 3.0  # level over its fall within half the tail, of a creep with a decay time of 1.5 tails
-# times as long as the speed takes to go from what surely turns to what is lost, that the signal must stay at rest after it:
-# a creep that fades for ever is lost near the end of every record, wherever that is
+_TAIL = 0.05  # last share of the record, by which rest is judged
+_GROUPS = 200  # parts in which the end of rotation is sought
+_REST_SHARE = 0.01  # of the speed at release: a steady level below is the zero offset of the signal
+_TURNING, _LOST = 4.0, 1.0  # standard deviations: certain rotation above, speed lost in the noise below
+_CREEP = 3.0  # level over its decrease within half the tail, for an exponential creep of time constant 1.5 tails
+# the signal must stay at rest for this multiple of the time that the speed takes from certain rotation into the noise,
+# since an exponential creep is lost in the noise near the end of every record, however long
 _QUIET = 2.0
-# times the speed, twice: a rotor that stops takes less time for the second of these falls than for the first
+# ratio of speeds of two successive falls: a rotor that stops takes less time for the second than for the first
 _FASTER = 4.0
-_STOPS = 0.5  # times it; an exponential creep takes as long for both, and dry friction a quarter
+_STOPS = 0.5  # largest ratio of these times for a stop; exponential creep has 1, dry friction 1/4
 _DRAWS = 2000
-FARTHEST = 3.0  # lengths of the record; a standstill farther away is no estimate
+FARTHEST = 3.0  # longest extrapolation, in lengths of the record after the release
 
 
 @dataclass(frozen=True)
 class Rest:
-    """What the end of the record says about standstill.
+    """Evidence of standstill at the end of a record.
 
     Attributes
     ----------
     found : bool
-        True where the record reaches standstill.
+        True if the record reaches standstill.
     turning_until, lost_from : float
-        Last time at which the rotor surely turns, and first at which its speed is lost in the noise, s.
+        Last time at which the rotor certainly turns, and first at which its speed is lost in the noise, s.
     level, level_sigma : float
-        Reading of the signal at rest and its standard deviation, Hz.
+        Zero offset of the signal (its reading at rest) and its standard deviation, Hz.
     creep : float
-        The same where the rotor may still creep: what the level may have fallen unseen, Hz.
+        Standard deviation of the zero if the rotor may still creep, including an undetected decrease of the level, Hz.
     resolution : float
-        Smallest speed that is told from rest, Hz.
+        Smallest speed that is distinguishable from rest, Hz.
     turned_at : float
-        When the part that ends at `turning_until` begins, or the last pulse came, s: within that part the rotor may stop.
+        Start of the part that ends at `turning_until`, or time of the last pulse, s: the rotor may stop within that part.
     creeps : bool
-        True where the speed fades away as that of a rotor that creeps on below the resolution.
+        True if the speed fades like that of a rotor that creeps on below the resolution.
     """
 
     found: bool
@@ -67,7 +67,7 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     coast : Coast
         Block means from the release to the record's end.
     turns : Coast or None
-        Turns between pulses, where there is a keyphasor: a rotor that still gives pulses does not rest.
+        Mean speeds between keyphasor pulses, if there are any: a rotor that still gives pulses is not at rest.
     """
     last = float(coast.end[-1])
     none = Rest(False, last, last)
@@ -90,7 +90,7 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
     if final is None:
         return none
     fast, slow = (_last_above(mean, times * _TURNING * one) for times in (_FASTER**2, _FASTER))
-    # slow from the first on, it does not show how it came to be so
+    # a speed that is low from the start does not show whether it stops or creeps
     creeps = fast is not None and slow is not None and final - slow > max(_STOPS * (slow - fast), 1)
     lost = np.flatnonzero(mean[final:] < _LOST * one)
     lost_from = float(parts.end[final + lost[0]]) if lost.size else last
@@ -117,14 +117,14 @@ def find_rest(coast: Coast, turns: Coast | None) -> Rest:
 
 
 def _last_above(mean: np.ndarray, level: float) -> int | None:
-    """Return the last part whose mean, like that of the part before, is above a level: one alone may be chance."""
+    """Return the last part whose mean and that of the part before exceed a level, as one alone may by chance; None if none."""
     above = mean > level
     both = np.flatnonzero(above[1:] & above[:-1])
     return int(both[-1]) + 1 if both.size else None
 
 
 def stop_seen(rest: Rest, why: str) -> Estimate:
-    """Return when the signal shows the rotor come to rest, without a law; missing for the reason `why` where it does not."""
+    """Return the time of standstill seen in the signal, s, without a law; missing, with `why` as further reason, if not seen."""
     if not rest.found:
         return Estimate.missing("s", f"the record ends before standstill, and {why}")
     if rest.creeps:
@@ -135,7 +135,7 @@ def stop_seen(rest: Rest, why: str) -> Estimate:
 
 
 def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: float) -> Estimate:
-    """Estimate the standstill.
+    """Return the time of standstill, s, from the law and the signal.
 
     Parameters
     ----------
@@ -144,7 +144,7 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
     rest : Rest
         From `find_rest`.
     reached : bool
-        True where the law fits the record right to its standstill, or to its end.
+        True if the law fits the record up to standstill, or to its end.
     last, release : float
         End of the record and release, s.
     """

@@ -1,14 +1,14 @@
-"""The drag that the machine file states of its inner rings, beside the constant drag of a run-down.
+"""Inner-ring drag stated in the machine file, compared with the constant drag of a run-down.
 
-A rotor that rests on its touchdown bearings turns their inner rings with it, so that their drag is part of its constant drag;
-other losses of the rotor that do not change with the speed are in that too.  Not all of the rings' drag is: the journal rolls in
-a wider ring, on which the same force has the longer lever, and the rings coast on with the rotor by their own inertia.  With r
-and b the radii of journal and bore, I the rotor's polar inertia and J a ring's, a rotor taken for I alone shows
+A rotor resting on its touchdown bearings drives their inner rings, so that their drag torque T is part of its constant drag,
+together with its other losses that do not depend on speed.  The rotor does not see all of it: the journal rolls in a wider bore,
+where the same force has a longer lever arm, and the inertia of the rings coasts with the rotor.  With r and b the radii of
+journal and bore, I the rotor's polar inertia and J that of a ring, a torque computed with I alone contains
 
     sum(T r/b)  I / (I + sum(J (r/b)^2))
 
-A rolling bearing also resists in proportion to its load P, by mu P d/2 on a bore of the diameter d; bearing makers estimate so
-with mu = 0.0015 for deep-groove and 0.002 for angular contact ball bearings.
+A rolling bearing also has a friction torque proportional to its load P, mu P d/2 with the bore diameter d; bearing makers
+estimate it with mu = 0.0015 for deep-groove and 0.002 for angular contact ball bearings.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from tdbsim.stated_effects import all_effects
 
 from tdbmon.estimate import Estimate
 
-_LEAST_FRICTION, _GREATEST_FRICTION = 0.0007, 0.003  # of a ball bearing under load, by its kind and its grease
+_LEAST_FRICTION, _GREATEST_FRICTION = 0.0007, 0.003  # friction coefficient of a loaded ball bearing, by type and grease
 
 
 def stated_ring_drag(machine: Machine) -> Tolerant:
-    """Return the drag of all inner rings together, by the machine file with its effects, N m."""
+    """Return the total drag torque of all inner rings, by the machine file with its effects, N m."""
     return _added_up(machine, [1.0] * len(machine.touchdown_bearings))
 
 
 def drag_on_rotor(machine: Machine, polar_inertia: float) -> Tolerant:
-    """Return the part of it that a rotor shows by its own polar inertia, kg m^2, which is less by the formula above, N m."""
+    """Return the part of it in a torque computed with the rotor's polar inertia, kg m^2, alone (see the module), N m."""
     rings = machine.touchdown_bearings
     gears = [ring.journal_radius / (ring.journal_radius + ring.radial_gap.nominal) for ring in rings]
     along = sum(ring.inner_ring_inertia * gear**2 for ring, gear in zip(rings, gears, strict=True))
@@ -41,13 +41,13 @@ def drag_on_rotor(machine: Machine, polar_inertia: float) -> Tolerant:
 
 
 def load_torque(machine: Machine, rotor: RotorModel) -> float:
-    """Return the weight times the radius of the bores that it lies in, their mean, N m."""
+    """Return the weight of the rotor times the mean radius of the bores in which it lies, N m."""
     radii = [ring.journal_radius + ring.radial_gap.nominal for ring in machine.touchdown_bearings]
     return rotor.total_mass * machine.gravity * sum(radii) / len(radii)
 
 
 def _added_up(machine: Machine, shares: Sequence[float]) -> Tolerant:
-    """Return the sum of such a share of each ring's drag, N m."""
+    """Return the sum of the drag of the rings, each multiplied by its share, N m."""
     drags = [bearing.inner_ring_drag for bearing in machine.touchdown_bearings]
     effects = [each for each in all_effects(machine) if isinstance(each, RingDrag)]
     added = sum(each.torque * shares[i] for each in effects for i in each.ends(machine))
@@ -59,7 +59,7 @@ def _added_up(machine: Machine, shares: Sequence[float]) -> Tolerant:
 
 
 def against_stated(measured: Estimate, stated: Tolerant, whirled: bool, load: float) -> str:
-    """Return in words how a constant drag that is known lies to what is stated (`drag_on_rotor`), and what that may mean.
+    """Return a statement that compares a measured constant drag with the stated one (`drag_on_rotor`), and its likely cause.
 
     Parameters
     ----------
@@ -68,9 +68,14 @@ def against_stated(measured: Estimate, stated: Tolerant, whirled: bool, load: fl
     stated : Tolerant
         N m.
     whirled : bool
-        Whether the shaft went round its clearance, rubbing as it did.
+        Whether the shaft whirled around its clearance, rubbing on the rings.
     load : float
-        `load_torque`, N m.
+        Result of `load_torque`, N m.
+
+    Raises
+    ------
+    ValueError
+        If `measured` is missing.
     """
     if measured.value is None:
         raise ValueError("no constant drag to compare")

@@ -1,4 +1,4 @@
-"""The few lines that the terminal shows of an analysis."""
+"""Summary of an analysis in a few lines of text for the terminal."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from tdbmon.quantity import printed, why_no_interval
 
 FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
 _SHOWN_IN = {"  duration": "ms"}
-_HALF = (0.4, 0.65)  # of the gap on the drawing: about half of it, which may be the diametral clearance
+_HALF = (0.4, 0.65)  # measured over stated gap: about a half suggests that the diametral clearance was stated
 _BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
 
 
 def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
-    """Return the main numbers of an analysis as lines of text, with 95 % intervals; `fitted`: --forces is given already."""
+    """Return the main results of an analysis as lines of text, with 95 % intervals; `fitted` is whether --forces is given."""
     rows: list[tuple[str, Estimate, str]] = []
     if analysis.release is not None:
         rows.append(("release", analysis.release.time, ""))
@@ -61,14 +61,14 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
 
 
 def _beside(value: Estimate, holds: str) -> str:
-    """Return what the interval of a number holds, in the words given, or why it has none."""
+    """Return why an estimate has no interval, or else the note on what its interval covers."""
     return why_no_interval(value) or (holds if value.known else "")
 
 
 def weight(analysis: Analysis) -> str:
-    """Return mass and static loads of the machine file's rotor: a wrong dimension shows there first.
+    """Return mass and static loads of the machine file's rotor, in which a wrong dimension shows first.
 
-    A shaft without probes may stand upright, and then rests on no radial bearing.
+    Loads are omitted without probes, since such a shaft may be vertical and rest on no radial bearing.
     """
     mass = f"{analysis.rotor.total_mass:.4g} kg by the machine file"
     if not analysis.machine.probes:
@@ -79,7 +79,7 @@ def weight(analysis: Analysis) -> str:
 
 
 def _whirls(analysis: Analysis) -> list[str]:
-    """Return a line an end that whirls: backward whirl destroys touchdown bearings, so that it stands before all numbers."""
+    """Return one line per whirling end, shown before all results since backward whirl destroys touchdown bearings."""
     lines = []
     for end, whirl in analysis.whirl.items():
         longest = whirl.worst
@@ -96,7 +96,7 @@ def _whirls(analysis: Analysis) -> list[str]:
 
 
 def _levitated(analysis: Analysis, end: str) -> list[str]:
-    """Return how far from the clearance centre the shaft levitated, if that is known, and the zone of ISO 14839-2."""
+    """Return the largest distance of the levitated shaft from the clearance centre, if known, and its zone by ISO 14839-2."""
     found = analysis.levitation.get(end)
     if found is None:
         return []
@@ -112,7 +112,7 @@ def _levitated(analysis: Analysis, end: str) -> list[str]:
 
 
 def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
-    """Return place, orbit and noise of a shaft that levitates throughout the record, of which no more is told."""
+    """Return position, orbit and noise of a shaft that is levitated throughout the record."""
     found = analysis.levitation.get(end)
     if found is None:
         return []
@@ -121,7 +121,7 @@ def _orbit_lines(analysis: Analysis, end: str) -> list[str]:
 
 
 def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> list[str]:
-    """Return the numbers of one end; a reason why some are missing is told in full with the first of them."""
+    """Return the results of one end; a reason for missing ones is given in full only with the first of them."""
     rows = [
         ("radius at rest", end.circle.radius),
         ("  from the swing", end.gap_from_swing),
@@ -146,7 +146,7 @@ def _end_lines(end: EndResult, drawn: Tolerant, released: Estimate | None) -> li
 
 
 def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
-    """Return that a gap lies outside its tolerance, where the whole interval does: a wrong sensitivity shows so too."""
+    """Return a note if the whole interval of a gap lies outside the tolerance, as with a wrong sensitivity too; "" if not."""
     if gap.low is None or gap.high is None or drawn.is_exact or (gap.low <= drawn.high and gap.high >= drawn.low):
         return ""
     tolerance = f"{drawn.low * 1e6:g} to {drawn.high * 1e6:g} um"

@@ -1,7 +1,7 @@
-"""Higher orders of the shaft's surface and harmonics of the hum that the probes see before the release: they go on in the fall.
+"""Detection of higher run-out orders and mains hum harmonics in the levitated stretch, which continue during the fall.
 
-Left out, their velocity is taken for the shaft's, and shifts the release by that over gravity: 1 um of a three-lobed surface at
-97 Hz by up to 0.19 ms.
+If neglected, their velocity is attributed to the shaft and shifts the release by velocity over gravity: 1 um of three-lobed
+run-out at 97 Hz by up to 0.19 ms.
 """
 
 from __future__ import annotations
@@ -11,16 +11,16 @@ import numpy as np
 from tdbmon.analysis.left_by_lines import left_by
 
 _ORDERS, _HARMONICS = range(3, 11), range(2, 7)  # of the speed, and of the mains
-_TURNS = 3.0  # of the shaft in the levitated stretch at least: in fewer its orders are not told from drift
-_APART = 1.0  # cells of the spectrum from lines that are fitted already
-# improvement of the misfit (chi-square): the greatest of a dozen, in a floor that is not quite white
+_TURNS = 3.0  # least revolutions in the levitated stretch: with fewer, orders cannot be separated from drift
+_APART = 1.0  # least distance from lines already fitted, in bins of the spectrum
+# least decrease of chi-square, as the largest of a dozen candidates is tested in noise that is not quite white
 _STANDS_OUT = 60.0
 
 
 def surface_orders(
     t: np.ndarray, data: np.ndarray, turning: float | None, mains: float | None, fastest: float
 ) -> list[float]:
-    """Return the frequencies of higher orders and harmonics that stand out of the levitated shaft's noise, Hz.
+    """Return the frequencies of higher orders and hum harmonics that are significant in the levitated stretch, Hz.
 
     Parameters
     ----------
@@ -29,11 +29,11 @@ def surface_orders(
     data : (n, k) array
         Displacements, m.
     turning : float or None
-        Of the shaft, Hz; without it no order is known, and a line may as well be the shaft's.
+        Rotor speed, Hz; None if unknown, and nothing is returned since a line could be the shaft's own 1X.
     mains : float or None
-        Of the hum that is fitted, Hz.
+        Mains frequency, Hz, if hum is fitted.
     fastest : float
-        Above it a line shows in no record, Hz.
+        Highest frequency considered, Hz.
     """
     if not turning or len(t) < 16 or (t[-1] - t[0]) * turning < _TURNS:
         return []

@@ -1,15 +1,15 @@
-"""The pendulum swing of the rotor in the clearance, and the clearance that it tells.
+"""Pendulum swing of the rotor in its clearance, and the clearance radius that follows from its frequency.
 
-A shaft that rolls at the bottom of a bore swings like a pendulum whose length is the radius R of its centre's path.
-Two ends, two clearances: with the static loads W_i and the swing's shape phi at frequency w, the force on the free rotor
-that makes it move so, H(w)^-1 phi, must be the weight's pull -W_i phi_i / R_i at each end, so
+A shaft rolling at the bottom of a bore swings like a pendulum whose length is the radius R of its centre's path.  With
+different clearances at the two ends, static loads W_i, angular frequency w and mode shape phi, the force that makes the
+free rotor move so, H(w)^-1 phi, must equal the restoring force of the weight, -W_i phi_i / R_i, at each end, so that
 
     R_i = -W_i phi_i / (H(w)^-1 phi)_i
 
 for small swings.  H is the receptance of the free-free rotor at the bearing planes: for a rigid one H^-1 = -w^2 M, and
-the bending that the swing's own inertia causes makes it a percent or so softer.  The inner ring is carried along by
-friction and adds J/r^2.  Over the amplitude A the frequency falls by (A/R)^2/16 of its own swing and by (A/R)^2/8 of
-the other (the pendulum's second-order terms).
+bending under the inertia forces of the swing makes it a percent or so softer.  The inner ring is driven by friction and
+adds J/r^2.  With amplitude A the frequency decreases by (A/R)^2/16 for the swing's own amplitude and by (A/R)^2/8 for
+that of the other one (second-order terms of the pendulum).
 """
 
 from __future__ import annotations
@@ -28,15 +28,15 @@ from tdbmon.analysis.rest import path_radius, rolling_mass, total_travel
 from tdbmon.analysis.unbroken import pieces
 from tdbmon.estimate import Estimate
 
-_WAYS = ("parallel", "conical")  # ends together, against each other
-_CYCLES = 30  # of the slower swing in a window
-_BEATS = 3.0  # of both swings in it, where they are near each other: in fewer their lines are not told apart
+_WAYS = ("parallel", "conical")  # ends in phase, and in antiphase
+_CYCLES = 30  # least periods of the slower swing per window
+_BEATS = 3.0  # least beat periods of both swings per window: with fewer, close lines are not resolved
 _BENDING = 6  # free-free bending modes in the receptance
-_MODEL = 0.0025  # relative standard deviation: masses on the drawing, probes' rigid line on a shaft that bends
-_THERE = 0.9  # of a window's samples, that must be there
-_NEAR = 0.2  # of a prediction, that a swing may be off: as a path whose radius is 40 % off makes it
-_STANDS_OUT = 30.0  # times the median power there, from which on a line is no noise
-_WIDEST = 0.5  # amplitude over radius, beyond which the second-order term is not enough
+_MODEL = 0.0025  # relative standard deviation of the model: masses of the drawing, and rigid line on a bent shaft
+_THERE = 0.9  # least share of valid samples in a window
+_NEAR = 0.2  # relative search range about a prediction: that of a path radius 40 % off
+_STANDS_OUT = 30.0  # least ratio of a peak to the median power in the range
+_WIDEST = 0.5  # largest ratio of amplitude to radius for which the second-order term suffices
 
 
 @dataclass(frozen=True)
@@ -48,9 +48,9 @@ class Swing:
     frequencies : tuple of Estimate
         Small-amplitude frequency of both modes, Hz, the lower one first; one of them may be missing.
     shapes : tuple of dict or None
-        Relative amplitude an end of each mode, signed, largest one; None of a mode that is not told.
+        Mode shape: signed relative amplitude by end, the largest being one; None for a missing mode.
     gap : dict
-        Path radius an end (gap, ball clearance and deflection together), m.
+        Path radius by end (sum of gap, ball clearance and deflection), m.
     """
 
     frequencies: tuple[Estimate, Estimate]
@@ -59,27 +59,27 @@ class Swing:
 
     @property
     def ways(self) -> tuple[str, ...]:
-        """How the shaft swings in each mode: "parallel", both ends together, or "conical", against each other; "" if not told."""
+        """Type of each mode: "parallel" (ends in phase) or "conical" (ends in antiphase); "" if missing."""
         return tuple("" if shape is None else _way(*shape.values()) for shape in self.shapes)
 
 
 def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_s: float) -> Swing | None:
-    """Measure the swing over the settled stretch of a record.
+    """Estimate frequencies, mode shapes and path radii of the swing over the settled stretch of a record.
 
     Parameters
     ----------
     planes : Dataset
         Result of `to_planes`, both ends known.
     machine, rotor
-        For loads, masses and the range in which the swing is looked for.
+        For loads, masses and the search range of the frequencies.
     settled_s : float
-        Time from which both ends stay on their rings, s.
+        Time from which both ends stay in contact with their rings, s.
 
     Returns
     -------
     Swing or None
-        None where the settled stretch holds no five windows (none spans a hole in the time axis) or no swing stands out
-        of the noise.
+        None if the settled stretch contains fewer than five windows (none spans a gap in the time axis), or no swing is
+        significant.
     """
     ends = machine.ends
     loads = np.array([static_loads(machine, rotor)[end] for end in ends])
@@ -109,7 +109,7 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
         sigma = np.array([r[i][1] for r in radii])
         weight = sigma**-2
         value = float(np.sum(weight * values) / np.sum(weight))
-        # two modes that disagree say how good the model is
+        # disagreement of the two modes measures the model error
         misfit = max(1.0, float(np.sum(weight * (values - value) ** 2)) / max(len(values) - 1, 1))
         spread = float(np.hypot(np.sqrt(misfit / np.sum(weight)), _MODEL * value))
         gap[end] = Estimate.from_sigma(value, spread, "um", "pendulum swing in the clearance, two ends coupled")
@@ -122,19 +122,19 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
 
 
 def predicted_swing(machine: Machine, rotor: RotorModel) -> tuple[float, float]:
-    """Return both swing frequencies of the drawing, Hz."""
+    """Return both swing frequencies predicted from the machine file, Hz."""
     (lower, higher), _ = _predicted(machine, rotor)
     return float(lower), float(higher)
 
 
 def predicted_ways(machine: Machine, rotor: RotorModel) -> tuple[str, ...]:
-    """Return how the shaft swings in both modes of the drawing (`Swing.ways`)."""
+    """Return the types (`Swing.ways`) of both modes predicted from the machine file."""
     _, shapes = _predicted(machine, rotor)
     return tuple(_way(*shape) for shape in shapes.T)
 
 
 def _predicted(machine: Machine, rotor: RotorModel) -> tuple[np.ndarray, np.ndarray]:
-    """Return what `_modes` does, of the drawing."""
+    """Return the result of `_modes` for the nominal values of the machine file."""
     loads = np.array([static_loads(machine, rotor)[end] for end in machine.ends])
     return _modes(free_free(rotor, _BENDING), machine, loads, _path_radii(machine, loads))
 
@@ -149,7 +149,7 @@ def _path_radii(machine: Machine, loads: np.ndarray) -> np.ndarray:
 
 
 def carried_shares(machine: Machine, rotor: RotorModel) -> dict[str, dict[str, float]]:
-    """Return, of the mass that each end carries of the rigid rotor, the shares that move with each end; they add up to one."""
+    """Return, for the rigid rotor's mass at each end, the shares that move with each of the ends, which add up to one."""
     mass = _rigid_mass_matrix(machine, rotor)
     shares = mass / mass.sum(axis=1, keepdims=True)
     return {
@@ -158,7 +158,7 @@ def carried_shares(machine: Machine, rotor: RotorModel) -> dict[str, dict[str, f
 
 
 def _rigid_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
-    """Mass matrix in the coordinates of the ends."""
+    """Return the mass matrix of the rigid rotor in the displacements of the ends."""
     a, b = (machine.bearing(end).position - rotor.centre_of_mass for end in machine.ends)
     # translation and tilt from the ends' displacements
     turn = np.linalg.inv(np.array([[1.0, a], [1.0, b]]))
@@ -166,7 +166,10 @@ def _rigid_mass_matrix(machine: Machine, rotor: RotorModel) -> np.ndarray:
 
 
 def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarray:
-    """Force at the ends, towards the middle, under which the free rotor and the rings that roll along move as `phi`."""
+    """Return the forces at the ends, towards the centre, for which the free rotor with the rolling rings moves as `phi`.
+
+    `w` is the angular frequency, rad/s.
+    """
     shapes = basis.at([machine.bearing(end).position for end in machine.ends])
     receptance = shapes / ((2 * np.pi * basis.frequencies) ** 2 - w**2) @ shapes.T
     rings = [rolling_mass(bearing) for bearing in machine.touchdown_bearings]
@@ -174,9 +177,9 @@ def _pull(basis: Modes, machine: Machine, w: float, phi: np.ndarray) -> np.ndarr
 
 
 def _modes(basis: Modes, machine: Machine, loads: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return both swings' frequencies, Hz, and shapes (end, mode): the rotor that bends, on pendulums of `radii`, m, at its ends.
+    """Return frequencies, Hz, and shapes (end, mode) of both swings of a flexible rotor with path radii `radii`, m, at its ends.
 
-    A slender rotor swings much slower than a rigid one: the shaft between heavy wheels bends at the frequency of the swing.
+    A slender rotor swings much more slowly than a rigid one, since the shaft between heavy wheels bends in the swing.
     """
     shapes = basis.at([machine.bearing(end).position for end in machine.ends])
     rings = np.diag([rolling_mass(bearing) for bearing in machine.touchdown_bearings])
@@ -190,10 +193,10 @@ def _modes(basis: Modes, machine: Machine, loads: np.ndarray, radii: np.ndarray)
 def _track(
     whole: list[np.ndarray], rate: float, window: int, predicted: np.ndarray, nominal: np.ndarray
 ) -> list[np.ndarray] | None:
-    """Frequency and complex amplitude of both swings, window by window of the stretches (end, samples) without a hole.
+    """Return frequency and complex amplitude of both swings by window, over the stretches (end, samples) without a gap.
 
-    Returns for each mode an array (windows, 2 + 4): frequency corrected for both amplitudes, its weight, and the complex
-    amplitude of both ends as real and imaginary parts.
+    For each mode an array (windows, 2 + 4): frequency corrected for both amplitudes, its weight, and real, then imaginary
+    parts of the amplitude at both ends; None if the lower swing is found in fewer than four windows.
     """
     thin = max(1, int(rate / (20 * predicted[1])))
     rate, window = rate / thin, window // thin
@@ -209,7 +212,7 @@ def _track(
         wide = np.abs(fit.amplitude) / nominal  # (mode, end)
         if wide.max() > _WIDEST:
             continue
-        # a pendulum's frequency falls with its own amplitude squared, and twice as fast with the other's
+        # the frequency decreases with the square of its own amplitude, and twice as much with that of the other swing
         own = np.mean(wide**2, axis=1)
         correction = 1 + own / 16 + 2 * own[::-1] / 16
         least = 4 * np.sqrt(fit.noise * 4 / np.sum(taper**2))
@@ -225,7 +228,7 @@ def _track(
 
 
 def _windows(whole: list[np.ndarray], thin: int, window: int) -> Iterator[np.ndarray]:
-    """Cut stretches, averaged over `thin` samples, into windows that follow each other; none spans two of them."""
+    """Yield consecutive windows of stretches decimated by averaging over `thin` samples; none spans two stretches."""
     for x in whole:
         length = x.shape[1] // thin * thin
         thinned = x[:, :length].reshape(2, -1, thin).mean(axis=2)
@@ -235,23 +238,23 @@ def _windows(whole: list[np.ndarray], thin: int, window: int) -> Iterator[np.nda
 
 @dataclass(frozen=True)
 class _WindowFit:
-    """Both swings in one window; a mode that does not stand out has frequency NaN and amplitude 0."""
+    """Fit of both swings in one window; a mode that is not significant has frequency NaN and amplitude 0."""
 
     frequency: np.ndarray  # (mode,) Hz
     sigma: np.ndarray  # (mode,) Hz, for white noise
     amplitude: np.ndarray  # (mode, end) complex, m
-    noise: float  # variance of what is left, m^2
+    noise: float  # residual variance, m^2
 
 
 def _fit_window(
     part: np.ndarray, there: np.ndarray, taper: np.ndarray, rate: float, predicted: np.ndarray
 ) -> _WindowFit | None:
-    """Fit one sinusoid a mode to both ends: Gauss-Newton on the frequencies, amplitudes eliminated.
+    """Fit one sinusoid per mode to both ends: Gauss-Newton on the frequencies, amplitudes eliminated (variable projection).
 
-    What is not `there` is zero in `part` and in `taper`, and weighs nothing.
+    Samples not `there` are zero in `part` and `taper`, and have no weight.
     """
     part = (part - part.sum(axis=1, keepdims=True) / there.sum()) * there
-    middle = float(np.mean(predicted))  # beyond it a line is the other swing's: one line must not be taken for both
+    middle = float(np.mean(predicted))  # limit between the search ranges, so that one line is not taken for both swings
     found = [
         _peak(part * taper, rate, f, *span)
         for f, span in zip(predicted, ((0.0, middle), (middle, np.inf)), strict=True)
@@ -263,7 +266,7 @@ def _fit_window(
     t = np.arange(part.shape[1]) / rate
     weighted = (part * taper).T
     m = len(seen)
-    # where the peaks of one side are missing, the mean of the rest is no longer that of the swing
+    # if peaks of one side are clipped, the mean of the remaining samples is biased: fit the mean as well
     missing = taper[:, None] if not there.all() else np.empty((len(t), 0))
     for _ in range(4):
         phase = np.outer(t, 2 * np.pi * frequency[seen])
@@ -272,7 +275,7 @@ def _fit_window(
         q, triangle = np.linalg.qr(basis)
         amplitude = np.linalg.solve(triangle, q.T @ weighted)
         rest = weighted - basis @ amplitude
-        # derivative over each angular frequency, with the amplitudes' part taken out of it
+        # derivative with respect to each angular frequency, with the amplitudes projected out
         slope = np.stack(
             [
                 t[:, None] * (np.outer(cosine[:, j], amplitude[m + j]) - np.outer(sine[:, j], amplitude[j]))
@@ -291,14 +294,14 @@ def _fit_window(
 
 
 def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: float = np.inf) -> float | None:
-    """Frequency of the highest line near a prediction, between two limits, that stands out of its surroundings."""
+    """Return the frequency, Hz, of the highest significant peak near a prediction and between two limits; None without one."""
     from scipy.fft import next_fast_len, rfft, rfftfreq
 
     n = next_fast_len(4 * part.shape[1], real=True)
     power = np.sum(np.abs(rfft(part, n, axis=1)) ** 2, axis=0)
     frequency = rfftfreq(n, 1 / rate)
     band = np.flatnonzero((np.abs(frequency / near - 1) < _NEAR) & (frequency > low) & (frequency < high))
-    if band.size < 3:  # sampled too slowly, or too short
+    if band.size < 3:  # sampling rate too low, or window too short
         return None
     top = band[int(np.argmax(power[band]))]
     if top in (band[0], band[-1]) or power[top] < _STANDS_OUT * np.median(power[band]):
@@ -308,7 +311,7 @@ def _peak(part: np.ndarray, rate: float, near: float, low: float = 0.0, high: fl
 
 @dataclass(frozen=True)
 class _Mode:
-    """One of the swings, and the path radius an end, m, by it, each with its standard deviation."""
+    """One of the swings, and the path radius at each end that follows from it, m, with its standard deviation."""
 
     frequency: Estimate
     shape: dict[str, float]
@@ -316,7 +319,7 @@ class _Mode:
 
 
 def _mode(table: np.ndarray, machine: Machine, basis: Modes, loads: np.ndarray) -> _Mode | None:
-    """Combine the windows of one mode; the scatter between windows gives the interval."""
+    """Combine the windows of one mode, with intervals by the jackknife; None with too few windows or no positive radii."""
     if len(table) < 4:
         return None
     frequency = table[:, 0]

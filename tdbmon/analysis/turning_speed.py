@@ -1,4 +1,4 @@
-"""The speed that the levitated orbit itself turns with, and whether hum is told from it."""
+"""Rotor speed estimated from the levitated orbit, and the test whether mains hum can be separated from its orders."""
 
 from __future__ import annotations
 
@@ -6,18 +6,18 @@ import numpy as np
 
 from tdbmon.analysis.left_by_lines import left_by
 
-_TELLS = 12.0  # improvement of the misfit (chi-square) from which on the orbit's own speed is taken
-_TELLS_ALONE = 60.0  # the same where no speed is stated: the best of hundreds
+_TELLS = 12.0  # least decrease of chi-square for the speed of the orbit to replace the stated one
+_TELLS_ALONE = 60.0  # the same without a stated speed, for the best of hundreds of candidates
 _FASTEST_HZ = 500.0
-_NEAR = 0.02  # of a stated speed: so far the orbit's own is sought
-_APART = 0.5  # periods over the stretch, by which mains frequency must differ from every order
+_NEAR = 0.02  # relative search range about a stated speed
+_APART = 0.5  # least distance of the mains frequency from every order, in periods over the stretch
 
 
 def turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains_hz: float | None) -> float | None:
-    """Return the speed that the levitated orbit itself turns with, where it tells; else the stated one.
+    """Return the rotor speed estimated from the levitated orbit if that is significant, else the stated speed.
 
-    A stated speed that is a per cent off would bend the orbit's phase at the release, as a soft start does, and wash out its
-    amplitude over a long stretch.
+    A stated speed that is one per cent off would shift the orbit's phase at the release, as a soft start does, and reduce its
+    fitted amplitude over a long stretch.
 
     Parameters
     ----------
@@ -26,9 +26,9 @@ def turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains
     data : (n, k) array
         Displacements, m.
     speed_hz : float or None
-        The stated speed; None where nothing is known.
+        The stated speed, Hz; None if unknown.
     mains_hz : float or None
-        Of a hum that goes on beside it; None for none.
+        Mains frequency of hum to be fitted as well, Hz; None for none.
 
     Returns
     -------
@@ -53,13 +53,13 @@ def turning_speed(t: np.ndarray, data: np.ndarray, speed_hz: float | None, mains
             return None
         guess, reach, without = float(min(grid, key=left)), 0.3 / span, left(0.0)
     found = minimize_scalar(left, bounds=(guess - reach, guess + reach), method="bounded")
-    better = data.size * np.log(without / found.fun) if found.fun > 0 else 0.0  # as a chi-square
+    better = data.size * np.log(without / found.fun) if found.fun > 0 else 0.0  # decrease of chi-square
     return float(found.x) if better > (_TELLS if speed_hz else _TELLS_ALONE) else speed_hz
 
 
 def told_from_orders(periods: float, turns: float, highest: int) -> bool:
-    """True where a hum of so many periods over a stretch is told from all orders, up to the highest, of so many turns.
+    """Return True if hum can be separated from all orders up to the highest, given periods and revolutions over a stretch.
 
-    Where it is not, the two are one line: fitted together they would share its amplitude by halves.
+    If it cannot, the two form one line, whose amplitude a joint fit would split between them.
     """
     return min(abs(periods - k * turns) for k in range(1, highest + 1)) > _APART

@@ -1,7 +1,7 @@
-"""The zone of ISO 14839-2 in which the levitated shaft runs: its greatest distance from the clearance centre over C_min.
+"""ISO 14839-2 zone of the levitated shaft, by its largest distance from the clearance centre (D_max) over C_min.
 
-C_min is the smallest radial clearance of rotor and stator; in a machine with touchdown bearings it is theirs.  The standard
-judges steady running; here it is the stretch of the record before the release.
+C_min is the smallest radial clearance between rotor and stator; in a machine with touchdown bearings it is theirs.  The
+standard evaluates steady-state operation; here the stretch of the record before the release is used.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 from tdbmon.estimate import Estimate
 
 ZONES = (("A", 0.3), ("B", 0.4), ("C", 0.5))
-"""Each zone with the share of C_min at which it ends (ISO 14839-2:2004); above is D."""
+"""Zones with their upper limits as shares of C_min (ISO 14839-2:2004); above is zone D."""
 
 
 def share_of_clearance(reach: Estimate, clearance: float, doubt: str = "") -> Estimate:
-    """Return the greatest distance from the clearance centre as a share of C_min.
+    """Return the largest distance from the clearance centre as a share of C_min.
 
     Parameters
     ----------
@@ -22,7 +22,7 @@ def share_of_clearance(reach: Estimate, clearance: float, doubt: str = "") -> Es
     clearance : float
         C_min, m.
     doubt : str
-        Why the centre is not sure (`tdbmon.analysis.set_point.no_centre`); then nothing is told.
+        Why the centre is uncertain (`tdbmon.analysis.set_point.no_centre`); the share is then missing for this reason.
     """
     if doubt:
         return Estimate.missing("1", doubt)
@@ -34,7 +34,7 @@ def share_of_clearance(reach: Estimate, clearance: float, doubt: str = "") -> Es
 
 
 def zone(share: Estimate) -> str:
-    """Return the zone, or both of them as ``"A or B"`` where the interval goes from the one into the other; "" if unknown."""
+    """Return the zone of a share, or ``"A or B"`` with the zones of both limits if the interval crosses zones; "" if unknown."""
     if share.value is None:
         return ""
     bounds = (share.value if bound is None else bound for bound in (share.low, share.high))

@@ -1,21 +1,21 @@
-"""Whirl around the clearance: which way the shaft centre goes round, and whether it goes right round.
+"""Detection of full whirl around the clearance, and of its direction.
 
-A rotor that swings at the bottom goes back and forth, one that bounces crosses the middle; neither goes round.  What
-destroys touchdown bearings is the shaft rolling around the ring against its rotation (backward whirl).  The rule asks for
-whole turns about the clearance centre:
+A rotor that swings at the bottom moves back and forth, and one that bounces crosses the centre; neither circles it.
+Backward whirl, in which the shaft rolls around the ring against its rotation, destroys touchdown bearings.  The criteria
+require whole turns about the clearance centre:
 
-- full whirl, either way: the angle about the centre advances by a turn or more while the shaft stays within the outer
-  fifth of the clearance (radius >= 0.8 gap);
-- backward whirl: it advances by a turn or more against the rotation, at a radius of at least half the gap (a shaft that
+- full whirl, in either direction: the angle about the centre advances by a turn or more while the shaft stays in the
+  outer fifth of the clearance (radius >= 0.8 gap);
+- backward whirl: it advances by a turn or more against the rotation at a radius of at least half the gap (a shaft that
   bounces its way round flies along chords).
 
-An advance ends where the angle turns back by a quarter turn or the radius falls below the limit.  Its times are those of
-the longest run of quarter turns without a slow one: in its first and last turn, where a swing may be, one that takes more than
-twice the usual time, between them more than four times, since on a path that is not round they take unequal ones.
+An advance ends where the angle reverses by a quarter turn or the radius falls below the limit.  Its times are those of the
+longest run of quarter turns without a slow one.  In the first and last turn, which may contain a swing, a slow one takes more
+than twice the median time; in between more than four times, since quarter turns take unequal times on a noncircular path.
 
-A probe that is cut off hides part of every turn: an arc of less than a third of a turn is bridged, if the shaft enters and
-leaves it at a pace that fits and it takes less than a few turns would.  A hole in the time axis ends an advance.  Where more
-stays hidden than a few turns take, that no whirl was found says nothing.
+A clipped probe hides part of every turn: an arc of less than a third of a turn is bridged, if its angle agrees with the angular
+velocity on both sides and it lasts less than a few turns of a whirl would.  A gap in the time axis ends an advance.  If more of
+the orbit stays hidden than a few turns take, the absence of a detected whirl is inconclusive.
 """
 
 from __future__ import annotations
@@ -37,28 +37,28 @@ from tdbmon.runs import runs_of
 _FULL, _BACKWARD = 0.8, 0.5  # of the gap
 _TURN, _BACK = 2 * np.pi, np.pi / 2
 _QUARTERS = 4  # in a turn
-_SLOW, _STOPS = 2.0, 4.0  # times the usual quarter turn's time: at the ends of an advance, and within it
-_RATE_HZ = 2500.0  # of the samples looked at
-_ROUNDING = 1e-6  # of a rate told from times
-_ARC = _TURN / 3  # that missing samples may hide, and the way round is not in doubt
-_PACE = 3  # samples on either side, by which the pace of the shaft is told
-_HIDDEN_S = 0.02  # hidden altogether, or at once: some turns of a whirl
+_SLOW, _STOPS = 2.0, 4.0  # limits over the median time of a quarter turn: at the ends of an advance, and within it
+_RATE_HZ = 2500.0  # sampling rate after decimation
+_ROUNDING = 1e-6  # tolerance for rounding of a rate computed from times
+_ARC = _TURN / 3  # longest missing arc with an unambiguous direction
+_PACE = 3  # steps on either side from which the angular velocity is estimated
+_HIDDEN_S = 0.02  # limit of missing time, in total or at once: some turns of a whirl
 _RULE = "begin of the advance, by the rule of a whole turn"
 
 
 @dataclass(frozen=True)
 class Advance:
-    """A stretch over which the shaft centre went round by a turn or more.
+    """A stretch over which the shaft centre circled the clearance centre by a turn or more.
 
     Attributes
     ----------
     start_s, end_s : float
     turns : float
-        Positive with the rotation.
+        Positive in the direction of rotation.
     frequency : Estimate
-        Turns a second, Hz.
+        Whirl frequency, Hz.
     until_s : float
-        When the shaft turned back or left the limit, s: not before `end_s`.
+        Time at which the shaft reversed or fell below the radius limit, s: not before `end_s`.
     """
 
     start_s: float
@@ -69,7 +69,7 @@ class Advance:
 
     @property
     def duration_s(self) -> float:
-        """Length of the stretch, s."""
+        """Duration of the stretch, s."""
         return self.end_s - self.start_s
 
 
@@ -80,17 +80,17 @@ class Whirl:
     Attributes
     ----------
     backward_onset, full_onset : Estimate
-        Where the first advance by the rules above begins, s.
+        Start of the first advance that meets the criteria above, s.
     frequency : Estimate
         Of the longest advance of either kind, Hz.
     last_s : float
-        When the shaft went round last, s; minus infinity where it did not.
+        End of the last advance, s; minus infinity if there is none.
     longest_backward, longest_full : Advance or None
-        The longest advance of each kind; None where there is none.
+        The longest advance of each kind; None if there is none.
     drawn : bool
-        Whether it was told about the drawing's gap and the probes' zero, for want of a clearance circle.
+        Whether the stated gap about the probes' zero was used, for lack of a clearance circle.
     hidden : str
-        How much of the orbit is missing, where that may hide a whirl; empty where it may not.
+        How much of the orbit is missing, if that may hide a whirl; empty if not.
     """
 
     backward_onset: Estimate
@@ -104,22 +104,22 @@ class Whirl:
 
     @property
     def backward(self) -> bool | None:
-        """True where the shaft goes round against its rotation; None where none was found, but may be hidden."""
+        """True if the shaft whirls backward; None if no such whirl was found but one may be hidden."""
         return self._told(self.longest_backward)
 
     @property
     def full(self) -> bool | None:
-        """True where it goes round the whole clearance; None where none was found, but may be hidden."""
+        """True if the shaft whirls around the whole clearance; None if no such whirl was found but one may be hidden."""
         return self._told(self.longest_full)
 
     @property
     def backward_longest_s(self) -> float | None:
-        """Duration of the longest advance against the rotation, s; 0 where there is none, None where it may be hidden."""
+        """Duration of the longest backward whirl, s; 0 if there is none, None if one may be hidden."""
         return self._longest_s(self.longest_backward)
 
     @property
     def full_longest_s(self) -> float | None:
-        """Duration of the longest advance right round, s; 0 where there is none, None where it may be hidden."""
+        """Duration of the longest full whirl, s; 0 if there is none, None if one may be hidden."""
         return self._longest_s(self.longest_full)
 
     def _told(self, longest: Advance | None) -> bool | None:
@@ -132,12 +132,12 @@ class Whirl:
 
     @property
     def worst(self) -> Advance | None:
-        """The longest advance against the rotation, which is what destroys bearings, or else the longest right round."""
+        """The longest backward whirl, as it destroys bearings, or else the longest full whirl; None without either."""
         return self.longest_backward or self.longest_full
 
 
 def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s: float) -> Whirl:
-    """Judge the whirl of an end by the machine file's gap about the probes' zero, as far as no clearance circle is known."""
+    """Detect whirl at an end with the machine file's gap about the probes' zero, for lack of a clearance circle."""
     gap = machine.bearing(end).radial_gap.nominal
     return replace(find_whirl(planes, end, (0.0, 0.0), gap, machine.sense, start_s), drawn=True)
 
@@ -145,7 +145,7 @@ def whirl_about_drawing(planes: xr.Dataset, machine: Machine, end: str, start_s:
 def find_whirl(
     planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float = -np.inf
 ) -> Whirl:
-    """Judge the whirl of one end.
+    """Detect full and backward whirl at one end.
 
     Parameters
     ----------
@@ -159,7 +159,7 @@ def find_whirl(
     sense : int
         +1 where the rotor turns from +x towards +y, -1 otherwise.
     start_s : float
-        What lies before (levitation) is not looked at, s.
+        Start of the evaluation, which excludes the levitated stretch, s.
 
     Returns
     -------
@@ -191,7 +191,10 @@ def find_whirl(
 def _polar(
     planes: xr.Dataset, end: str, centre: Sequence[float] | np.ndarray, gap: float, sense: int, start_s: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Time, radius in gaps and angle about the centre (positive with the rotation), thinned; short hidden arcs are bridged."""
+    """Return decimated time, s, radius in gaps and angle about the centre, rad (positive with the rotation).
+
+    Short missing arcs are bridged.
+    """
     if not gap > 0:
         raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
     time = planes.time.to_numpy()
@@ -203,7 +206,7 @@ def _polar(
 
 
 def _bridged(time: np.ndarray, radius: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return radius and angle with missing samples filled where they hide an arc that the shaft passed without doubt."""
+    """Return radius and angle with missing samples interpolated over arcs whose length and direction are unambiguous."""
     for run in runs_of(np.isnan(angle)):
         before, after = run.start - 1, run.stop
         if before < _PACE or after + _PACE >= len(angle) or time[after] - time[before] > _HIDDEN_S:
@@ -212,7 +215,7 @@ def _bridged(time: np.ndarray, radius: np.ndarray, angle: np.ndarray) -> tuple[n
         sides = angle[before - _PACE : before + 1], angle[after : after + _PACE + 1]
         paces = [np.mean(np.angle(np.exp(1j * np.diff(side)))) for side in sides]
         steps = after - before
-        # a gap beside leaves no pace; a whole turn more or less would be told by it
+        # the angular velocity excludes a whole turn more or less; NaN beside the arc leaves none, and the test fails
         if abs(arc) < _ARC and abs(np.mean(paces) * steps - arc) < _BACK:
             share = np.arange(1, steps) / steps
             angle[run] = angle[before] + arc * share
@@ -221,7 +224,7 @@ def _bridged(time: np.ndarray, radius: np.ndarray, angle: np.ndarray) -> tuple[n
 
 
 def _hidden(time: np.ndarray, radius: np.ndarray) -> str:
-    """Say how much of the orbit is missing, if that may hide a whirl."""
+    """Return a statement of how much of the orbit is missing, if that may hide a whirl; "" if not."""
     if len(time) < 2:
         return ""
     steps, span = np.diff(time), time[-1] - time[0]
@@ -233,7 +236,7 @@ def _hidden(time: np.ndarray, radius: np.ndarray) -> str:
 
 
 def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:
-    """Advances of a turn or more while `outside` holds."""
+    """Return the advances of a turn or more while `outside` holds."""
     found = []
     for piece in pieces(time):
         for run in runs_of(outside[piece]):
@@ -247,7 +250,7 @@ def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[
 
 
 def _legs(course: np.ndarray) -> list[tuple[int, int]]:
-    """Stretches between reversals of a quarter turn or more."""
+    """Return the stretches (first and last index) between reversals of a quarter turn or more."""
     turning = np.flatnonzero(np.diff(np.sign(np.diff(course))) != 0) + 1
     legs, pivot, extreme, way = [], 0, 0, 0
     low = high = 0
@@ -268,10 +271,10 @@ def _legs(course: np.ndarray) -> list[tuple[int, int]]:
 
 
 def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
-    """Time the advance by the longest run of quarter turns without a slow one, which a swing or a stop would be."""
+    """Return the advance timed by its longest run of quarter turns without a slow one, which would be a swing or a stop."""
     way = np.sign(course[-1] - course[0])
     quarters = way * (course - course[0]) / _BACK
-    to_come = np.minimum.accumulate(quarters[::-1])[::-1]  # from a sample on it stays beyond this
+    to_come = np.minimum.accumulate(quarters[::-1])[::-1]  # least progress from each sample on
     passed = time[
         np.searchsorted(to_come, np.arange(int(quarters[-1] + 1e-9) + 1), side="right").clip(max=len(time) - 1)
     ]
