@@ -30,7 +30,7 @@ class LevitatedLines:
     Attributes
     ----------
     hz, power : numpy.ndarray, shape (n,)
-        Frequency, Hz, zero-padded to a quarter of `cell`, and power.
+        Frequency, Hz, in steps of a quarter of `cell` (zero padding), and power.
     cell : float
         Resolution, Hz: the bin width without zero padding.
     each : numpy.ndarray, shape (probes, n)

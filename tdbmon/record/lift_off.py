@@ -13,7 +13,7 @@ from tdbmon.record.finding import Check
 from tdbmon.runs import runs_of
 
 _UPRIGHT = 0.5  # least sine of the angle of a probe that measures the shaft's height
-_SWINGS_S = 0.07  # at the start and at the end: at least two pendulum oscillations, whose median is the rest position
+_SWINGS_S = 0.07  # at the start and at the end: at least two oscillations, whose median is the rest position
 _SAME = 0.25  # of the gap: largest difference between the rest positions at start and end
 _UP = 0.5  # of the gap above the rest position: the shaft is lifted
 _HELD_S = 0.07  # longer than any bounce or oscillation reaches this height
