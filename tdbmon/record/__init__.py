@@ -12,7 +12,7 @@ A record as read from a file (`read`)
     Record attributes: ``source_file``, ``sha256``, ``reader``, ``title``, ``drop_time`` (ISO 8601, where known),
     ``drop_time_from`` (what this time means in the file, where it may differ from the drop's), ``drop_time_unread`` (the
     date as stated in the file, if it could not be interpreted), ``incomplete`` (what is missing, if the file is truncated),
-    ``left_out`` (channels without a time base, with the reason; present only if there are any).
+    ``left_out`` (channels that cannot be used, e.g. without a time base, with the reason; present only if there are any).
 
 A record whose channels have been assigned to a machine (`assign`)
     Probes under their machine name, in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded;

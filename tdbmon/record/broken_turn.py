@@ -9,13 +9,13 @@ from tdbmon.record.keyphasor import Pulses
 from tdbmon.record.timebase import before_holes, usual_interval
 
 _LEAST = 0.02  # revolutions: rotor motion and thermal drift shift the mark by less
-_SAMPLES = 4  # samples: by so much sampling of the four edges may make a revolution differ from its neighbours
+_SAMPLES = 4  # samples: the sampling of four edges alone may make a revolution differ from its neighbours by this much
 _STEADY = 3.0  # times the spread of the neighbouring revolutions
 _BESIDE = 2  # revolutions on either side
 
 
 def broken_turn_checks(pulses: Pulses, time: np.ndarray) -> list[Check]:
-    """Return a failed check for revolutions whose duration is physically impossible, since rotor inertia keeps it smooth.
+    """Return a failed check if single revolutions are shorter or longer than the inertia of the rotor permits.
 
     Parameters
     ----------

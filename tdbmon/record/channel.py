@@ -56,7 +56,7 @@ class Channel:
     stored : str
         Name under which the file stores the channel (``DAQ/AI0``) if `name` is a separate label; "" otherwise.
     fault : str
-        Why the sampling times are unknown, in words; such a channel is reported but not read.
+        Why the channel cannot be used (e.g. its sampling times are unknown), in words; it is then reported but not read.
     """
 
     name: str

@@ -19,9 +19,9 @@ _HOLE = 10  # intervals: in a shorter gap the rotor does not slow noticeably
 _SIDE_S = 1.0  # on either side of a gap, used to fit the speed across it
 _BLOCKS = 20  # block means per side
 _FEWEST = 5
-_TOLD = 6.0  # standard deviations: the deceleration expected in a pause must exceed this to be detectable
+_TOLD = 6.0  # standard deviations: the speed loss expected in a pause must exceed this to be detectable
 _NONE = 3.0  # standard deviations, or
-_SHARE = 0.05  # of the expected deceleration: a smaller speed step counts as none
+_SHARE = 0.05  # of the expected speed loss: a smaller speed step counts as none
 
 
 def without_clock_jumps(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:

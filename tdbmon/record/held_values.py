@@ -15,7 +15,7 @@ from tdbmon.record.timebase import usual_rate
 
 _FEWEST = 50  # changes of value needed for a decision
 _EARLY = 4096  # first samples, mostly sufficient to see that no value is held
-_MOST_STEPS = 0.5  # of all holds, that must end with a change of value: fewer indicate coarse quantisation
+_MOST_STEPS = 0.5  # least fraction of holds that end with a change of value: fewer indicate coarse quantisation
 
 
 def at_own_rates(ds: xr.Dataset, probes: Sequence[str]) -> tuple[xr.Dataset, list[Check]]:

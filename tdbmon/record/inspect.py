@@ -18,7 +18,7 @@ from tdbmon.record.timebase import LONG, usual_interval
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
 )  # fmt: skip
-_MOST = 10  # most entries shown in the terminal of channels left out, and of variables that are not channels
+_MOST = 10  # largest number of channels left out, and of variables that are not channels, listed in the terminal
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Inspection:
     drop_time_unread: str  # the date as stated in the file, if it could not be interpreted
     machine: str
     incomplete: str
-    left_out: dict[str, str]  # channels without a time base, with the reason
+    left_out: dict[str, str]  # channels that cannot be used, with the reason
     beside: dict[str, str]  # variables that are not channels, with their dimensions
     channels: tuple[ChannelInfo, ...]
 

@@ -256,7 +256,7 @@ def _levels(values: np.ndarray) -> tuple[float, float] | None:
 
 
 def _beside_spikes(values: np.ndarray) -> tuple[float, float] | None:
-    """Return the levels of pulses in a signal with a few much larger spikes, as caused by the trip; None if not such."""
+    """Return the levels of pulses in a signal with a few much larger spikes, as caused by the trip; None otherwise."""
     above = values > (float(values.min()) + float(values.max())) / 2
     spikes = above if above.mean() < 0.5 else ~above
     runs = runs_of(spikes)

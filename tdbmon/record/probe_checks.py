@@ -104,7 +104,8 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
 def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
     """Return a failed check if the record ends soon after the release, before probes across the fall could move; else None.
 
-    None also if the levitated stretch before is shorter than this, or if a probe moves there more than a levitated shaft does.
+    None also if the record before its last three free-fall times is shorter than these, or if a probe moves more there than
+    in levitation.
     """
     begun, gaps = [], [machine.bearing(probe.end).radial_gap.nominal for probe in probes]
     fall = float(np.sqrt(2 * max(gaps, default=0.0) / machine.gravity)) if machine.gravity > 0 else 0.0

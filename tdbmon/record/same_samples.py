@@ -16,7 +16,7 @@ _ROUNDING = 1e-3  # of a probe's standard deviation: largest rms difference betw
 _RESAMPLED = 0.01  # the same for two exports at different sampling rates
 _CUT = 0.9  # of the samples: least length of the shorter export for comparison from the first sample on
 _LEAST_SAMPLES = 100  # needed to locate a truncated record in another
-_CHANGE = 0.3  # of the rms sample-to-sample change, by all of which the noise of two different drops at rest would differ
+_CHANGE = 0.3  # of the rms sample-to-sample change: at rest, the noise of two different drops differs by all of it
 
 
 def same_samples(one: xr.Dataset, other: xr.Dataset) -> bool:

@@ -73,7 +73,7 @@ class _Series:
     offset: float
     began: np.datetime64 | None
     description: str
-    moments: bool  # seconds since `began`
+    moments: bool  # True if `values` are seconds since `began`
     fault: str  # reason if the waveform is not along time, such as a spectrum
 
 
