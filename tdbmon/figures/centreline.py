@@ -1,4 +1,4 @@
-"""The shaft centreline: the mean position in the clearance from the release through the run-down to rest."""
+"""The shaft centreline: the levitated position, and the mean position in the clearance from the release to rest."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ _DENSE = 500  # samples, above which the line is rasterised
 def orbit_sequence(analysis: Analysis, end: str) -> Figure:
     """Draw up to six stretches of the orbit of an end with the clearance circle; small orbits are magnified and marked so."""
     spans = _spans(analysis, end)
-    # four panels stand two by two
+    # four panels form two rows of two
     columns = min(len(spans), 3) if len(spans) != 4 else 2
     rows = -(-len(spans) // columns)
     notes = ["not filtered"] if analysis.angle is not None else ["not filtered", "no keyphasor: no dots"]

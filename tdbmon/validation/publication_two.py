@@ -98,7 +98,7 @@ def settled_heat(of: xr.Dataset) -> Array:
 
 
 def by_waves(amplitude_um: float, order: int, ideal: Sequence[xr.Dataset]) -> tuple[Array, Array]:
-    """Return the relative change of settled race heat (angle, race) and the inner ring's temperature rise (angle,), K."""
+    """Return the change of settled race heat (angle, race) and the inner ring's temperature rise (angle,), K, at `ANGLES`."""
     changes, warmth = [], []
     for angle, without in zip(ANGLES, ideal, strict=True):
         warm = drop(wavy(amplitude_um, order), angle)

@@ -96,7 +96,10 @@ def _force(evidence: Evidence) -> Figure:
 
 
 def _against_contacts(evidence: Evidence) -> str:
-    """Return a text comparing the remaining residual force with the contact forces; noise alone leaves its band 5 % of the time."""
+    """Return a comparison of the remaining residual force with the contact forces as text.
+
+    Noise alone exceeds the 95 % band 5 % of the time.
+    """
     forces = evidence.extended_force
     peak = max(float(np.abs(each.simulated).max()) for each in forces)
     found = [
