@@ -18,7 +18,7 @@ _LENGTHS = ("um", "mm", "m")
 _FINEST = 0.05  # um, finest interval width resolved: two decimals
 _LONG, _TINY = 1e6, 1e-4  # numbers above _LONG, or dimensionless ones below _TINY, are written with a power of ten
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # beside digits only: names stay unchanged
+_MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # in numbers, not in names
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
