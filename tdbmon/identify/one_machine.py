@@ -18,7 +18,7 @@ from tdbmon.identify.prediction import DECELERATION
 from tdbmon.identify.problem import Problem
 from tdbmon.identify.robust import FLOOR, huber
 
-# times the misfit ratios of the others: drops of two machines or states differ by 6 to 450, those with a common effect by up to 3.3
+# times the misfit ratios of the others: drops of two machines or states differ by 6 to 450, with a common effect by up to 3.3
 _FAR_MORE = 10.0
 
 
