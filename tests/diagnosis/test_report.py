@@ -92,7 +92,7 @@ def test_a_frequency_is_told_as_closely_as_the_time_tells_it(evidence: Evidence)
 
 def test_little_gain_has_no_good_colour(named: Diagnosis, evidence: Evidence) -> None:
     sure, doubtful = (
-        replace(named, verdict=replace(named.verdict, doubt=doubt)) for doubt in (None, "it gains little")
+        replace(named, verdict=replace(named.verdict, doubt=doubt)) for doubt in (None, "the gain is small")
     )
     tones = []
     for each in (sure, doubtful):
@@ -232,7 +232,7 @@ def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> No
             for name in ("plain_left", "extended_left", "plain_force", "extended_force")
         },
     )
-    said = "Of the 4 drops the slowest, one between and the fastest have room here: drop_97.nc"
+    said = "Of the 4 drops, the slowest, one between and the fastest are shown here: drop_97.nc"
     for section in (diagnosis_fit.plain(four), diagnosis_fit.extended(four), diagnosis_force.section(four)):
         assert section is not None
         assert said in next(block.caption for block in section.blocks if isinstance(block, Figure))
@@ -260,7 +260,7 @@ def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> 
         late=later,
     )
     words = words_of(build_diagnosis_report(found))
-    assert "the shaft whirls once a revolution 2.5 times as far in drop_97.nc" in words
+    assert "the 1X whirl is 2.5 times as simulated in drop_97.nc" in words
     assert "Something acts later than the readings can be followed." in words
     assert "(ring drag, Stribeck friction, thermal growth), and none of it explains" in words
     assert "departs by 2 standard deviations in half of the drops" in words
@@ -326,7 +326,7 @@ def test_the_rest_of_the_record_is_drawn_of_the_drop_that_departs_most(evidence:
     assert rest is not None
     (figure,) = (block for block in rest.blocks if isinstance(block, Figure))
     assert figure.caption.endswith(
-        "the slowest, the one that departs most and the fastest have room here: a.nc, b.nc, d.nc."
+        "the slowest, the one that deviates most and the fastest are shown here: a.nc, b.nc, d.nc."
     )
     drawn = set(texts(figure.draw()).splitlines())
     assert {"a", "b", "d"} <= drawn and "c" not in drawn

@@ -132,7 +132,7 @@ def test_where_no_cause_was_sought_none_is_said_to_have_been_tried(named: Diagno
 
 def test_a_likeliest_model_that_is_not_believed_is_said_not_to_be(named: Diagnosis, evidence: Evidence) -> None:
     """The table gave a cause 94 % though the verdict was none."""
-    refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "it gains nothing"), parameters={})
+    refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "the gain is none"), parameters={})
     said = words_of(Document("", "", (diagnosis_ranking.section(replace(evidence, diagnosis=refuted)),)))
     assert "why the likeliest model here is not believed" in said
     said = words_of(Document("", "", (diagnosis_ranking.section(evidence),)))

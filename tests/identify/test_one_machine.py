@@ -51,7 +51,7 @@ def test_a_drop_of_another_machine_is_told_before_causes_are_sought():
     more, less = map(float, said.groups())
     assert more > 10
     assert less < 1.1
-    assert "diagnose both sets of drops apart" in found.next_test
+    assert "diagnose both sets of drops separately" in found.next_test
 
 
 def test_forces_of_drops_of_two_machines_are_withheld():
