@@ -93,4 +93,4 @@ def test_what_the_checks_say_comes_before_another_drop(competed):
     first, *others = plain.problem.drops
     inverted = replace(first, name="drop_80.nc", faults=("drop_80.nc: NDE: falls upwards",))
     wrong = replace(plain, problem=replace(plain.problem, drops=(inverted, *others)))
-    assert "checks of drop_80.nc say" in next_test(Verdict(Kind.UNKNOWN, (), (), ""), (wrong,))
+    assert "correct what the checks of drop_80.nc report" in next_test(Verdict(Kind.UNKNOWN, (), (), ""), (wrong,))

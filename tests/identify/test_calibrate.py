@@ -90,7 +90,7 @@ def test_a_model_that_does_not_explain_the_drop_is_remarked(same_model):
     record["NDE_B"] = 1.3 * record["NDE_B"]
     found = fit_drops(machine, [record], horizons=HORIZON)
     assert found.misfit > 4
-    assert any(f"leaves {found.misfit:.2f} times the noise" in remark for remark in found.remarks)
+    assert any(f"is {found.misfit:.2f} times the noise" in remark for remark in found.remarks)
     assert not found.explains
 
 
@@ -100,7 +100,7 @@ def test_a_model_that_fails_on_a_record_with_faults_sends_to_the_checks_first(sa
     record["NDE_A"] = -records[0]["NDE_A"]
     found = fit_drops(machine, [record], horizons=HORIZON)
     (remark,) = [remark for remark in found.remarks if "times the noise" in remark]
-    assert not found.explains and "see first to what the records' checks found" in remark
+    assert not found.explains and "first correct what the records' checks found" in remark
 
 
 def test_value_that_the_drop_cannot_tell_is_reported(same_model):
@@ -189,7 +189,7 @@ def test_samples_that_dropped_out_take_no_part_in_the_fit_and_are_said(same_mode
     assert [probe.name for probe in drop.probes] == ["NDE_A", "NDE_B", "DE_A", "DE_B"]
     (remark,) = drop.remarks
     assert (
-        "missing or cut off and take no part in the fit: 40 of 'NDE_A', 40 of 'NDE_B', 40 of 'DE_A', 30 of 'DE_B'"
+        "missing or cut off are not used in the fit: 40 of 'NDE_A', 40 of 'NDE_B', 40 of 'DE_A', 30 of 'DE_B'"
         in remark
     )
     found, whole = (fit_drops(machine, [each], horizons=HORIZON) for each in (record, records[0]))
