@@ -160,7 +160,7 @@ def test_a_nominal_value_next_to_nothing_takes_no_share_of_it():
 def test_a_share_of_nought_is_refused():
     data = tomllib.loads(shipped("short/machine.toml").read_text())
     data["touchdown_bearing"][0]["balls"]["diametral_clearance"] = {"nominal": "0 um", "tolerance": "30 %"}
-    with pytest.raises(InputError, match="of a nominal value of nought is nothing: write its half-width with a unit"):
+    with pytest.raises(InputError, match="of a nominal value of zero is zero: write its half-width with a unit"):
         parse_machine(data)
 
 

@@ -229,7 +229,7 @@ def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
     assert "inertia" not in said
     asked = "does the drive stay on" if torques[0] < 0 else "does the drive brake"
     assert asked in said
-    assert ("more than contacts rub" in said) == (torques[0] > 20)
+    assert ("more than friction in the contacts" in said) == (torques[0] > 20)
 
 
 def test_a_drag_that_the_machine_file_leaves_out_is_no_drive(monkeypatch):
