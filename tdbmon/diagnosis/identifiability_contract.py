@@ -110,7 +110,7 @@ def _advice(found: Identifiability) -> str:
     speed, left = found.next_drops[0]
     if left >= now:
         return f"none of the speeds tried separates more pairs; a drop from {speed:g} Hz lowers the detectable sizes"
-    return f"from {speed:g} Hz, with another set-point: of {now} pairs that are not distinguishable it leaves {left}"
+    return f"from {speed:g} Hz, with another set-point: of {now} pairs that are not distinguishable {left} remain"
 
 
 def _suspect(suspect: Suspect) -> dict[str, Any]:

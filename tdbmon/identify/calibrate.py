@@ -147,7 +147,7 @@ def standing_remarks(problem: Problem) -> tuple[str, ...]:
     if not problem.standing:
         return ()
     acting = "; ".join(map(effect_in_words, problem.standing))
-    return (f"the model includes the effects of the machine file: {acting}; values, forces and stresses hold with them",)
+    return (f"the model includes the effects of the machine file: {acting}; values, forces and stresses are valid with them",)
 
 
 def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:

@@ -302,7 +302,7 @@ def _probe_remarks(
     said = [
         f"calibrated without probe '{p.name}'"
         + (f", which {unused[p.name].why}" if p.name in unused else "")  # checks have no table here
-        + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
+        + (f", since {lost[p.name]} of its samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes
     ]

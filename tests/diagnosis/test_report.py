@@ -170,7 +170,7 @@ def test_a_report_says_what_of_the_reference_drops_the_later_model_has(named: Di
     found = named.contenders[0]
     free = replace(found.problem.free[0], each_held=({"ball": 3.0}, {"ball": 5.0}))
     ball = replace(found, problem=replace(found.problem, free=(free,)))
-    for model, has in ((found, "has residual magnetic force at the rotor."), (ball, "does not have it, since it lies")):
+    for model, has in ((found, "includes residual magnetic force at the rotor."), (ball, "does not include it")):
         before = replace(named, verdict=replace(named.verdict, accused=(model,)))
         said = words_of(Document("", "", (diagnosis_changes.section(Reference(before, (), ())),)))
         assert f"the model of the later drops {has}" in said
@@ -340,7 +340,7 @@ def test_what_each_of_several_drops_held_out_shows_of_a_weak_cause_is_listed(nam
     assert any(isinstance(block, Tinted) and "by the share in the last column" in block.text for block in gain.blocks)
     # not without both: no drop would remain
     assert any(
-        "without each of drop_97.nc and drop_148.nc in turn;" in getattr(block, "text", "") for block in gain.blocks
+        "without each of drop_97.nc and drop_148.nc in turn." in getattr(block, "text", "") for block in gain.blocks
     )
     (table,) = (block for block in gain.blocks if isinstance(block, Table))
     assert [row.cells for row in table.rows] == [

@@ -223,7 +223,7 @@ def test_a_probe_without_most_of_its_samples_is_left_out_and_said(same_model):
     record["NDE_B"][first : first + count] = np.nan
     drop = measured_drop(record, machine)
     assert [probe.name for probe in drop.probes] == ["NDE_A", "DE_A", "DE_B"]
-    assert any(f"without probe 'NDE_B', of which {count} samples are missing" in remark for remark in drop.remarks)
+    assert any(f"without probe 'NDE_B', since {count} of its samples are missing" in remark for remark in drop.remarks)
     for name in ("NDE_A", "DE_A"):
         record[name][first : first + count] = np.nan
     with pytest.raises(InputError, match=f"1 usable probes.*{count} samples of 'DE_A' are missing"):
