@@ -68,7 +68,7 @@ def test_a_number_is_already_si():
         (
             'outer_diameter = "60 mm"',
             "outer_diameter = 60",
-            "section 1 of 60 m diameter and 0.08 m length is of no shaft",
+            "section 1 of 60 m diameter and 0.08 m length is impossible for a shaft",
         ),
         ('length = "80 mm"', "length = 80", "A number without a unit is in m"),
         ('diameter = "12.303 mm"', 'diameter = "12,303 mm"', "has a decimal comma; write '12.303 mm'"),

@@ -283,7 +283,7 @@ def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
     bare = FittedDrop(replace(fitted.calibration, values=values), fitted.forces)
     texts = [block.text for block in agreement_section(bare).blocks if isinstance(block, Paragraph)]
     (text,) = [text for text in texts if text.startswith("Friction by sensitivity")]
-    assert "each end by itself" not in text and text.count("(the machine file states no tolerance)") == 2
+    assert "each end separately" not in text and text.count("(the machine file states no tolerance)") == 2
     natural = natural_frequencies.section(analysed, bare)
     assert any(
         isinstance(b, Paragraph) and "MN/m (the machine file states no tolerance)" in b.text for b in natural.blocks

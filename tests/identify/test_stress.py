@@ -19,7 +19,7 @@ def test_what_the_file_does_not_tell_is_said(machine):
         "assumes inner groove conformity 0.52, outer groove conformity 0.52, steel balls, which the machine file does not tell"
     )
     told = with_balls(bearing, inner_conformity=0.52, outer_conformity=0.53)
-    assert assumed(told) == "assumes steel balls, which the machine file does not tell"
+    assert assumed(told) == "assumes steel balls, not stated in the machine file"
     assert assumed(with_balls(told, material="steel")) == ""
 
 
