@@ -1,6 +1,6 @@
-"""Benchmarks: ratios against a reference measured in the same run."""
+"""Benchmarks: ratios to a reference measured in the same run."""
 
 import os
 
-# small matrices on few cores: threads of the linear algebra only get in each other's way, and round otherwise
+# small matrices on few cores: BLAS threads only slow each other down, and change the rounding
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

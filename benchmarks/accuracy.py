@@ -1,4 +1,4 @@
-"""What the analysis finds in the shipped synthetic records against what the rig program used; writes docs/accuracy.md."""
+"""Accuracy of the analysis on the shipped synthetic records, against the rig program's true values; writes docs/accuracy.md."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _rows(result: Analysis, machine: Machine, truth: dict) -> list[tuple[str, st
         rows.append(_row("release", truth["release_time_s"], result.release.time))
     if result.rundown is not None:
         rotor = build_rotor(machine)
-        # a ring that rolls on the smaller shaft turns more slowly than it
+        # a ring rolling on the smaller shaft turns more slowly than the shaft
         rings = sum(
             b.inner_ring_inertia / (1 + truth["ends"][b.name]["radial_gap_m"] / b.journal_radius) ** 2
             for b in machine.touchdown_bearings

@@ -1,6 +1,6 @@
 """Time and memory of the main job on the whole coast-down: 85 s at 10 kHz, four probes, speed, keyphasor.
 
-Each step runs in a process of its own, as a user would run it, and again inside it when warm; the reference is one plain
+All steps run in a fresh process, as a user would run them, and the analysis once more when warm; the reference is one plain
 pass of a Hann-windowed short-time FFT (scipy) over the same four channels in the same process.
 """
 
@@ -56,7 +56,7 @@ print(f"ratio of the warm analysis to a plain short-time FFT ({t6 - t5:.2f} s): 
 
 
 def main() -> None:
-    """Print what was measured; goals: analysis under 3 s and 600 MB, reports under 5 s, help under 0.5 s."""
+    """Print the measurements; goals: analysis under 3 s and 600 MB, reports under 5 s, help under 0.5 s."""
     import time
 
     subprocess.run([sys.executable, "-c", _STEPS], check=True)

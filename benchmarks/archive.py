@@ -1,8 +1,8 @@
-"""The archive: records per minute on one and two processes, memory over 500 records, a comparison among 100,000 drops.
+"""The archive: records per minute on one and two processes, memory over 500 records, time of a comparison among 100,000 drops.
 
-The records are copies of a shipped synthetic one, each with 0.1 um of noise of its own; the 100,000 drops (a thousand machines
-of a hundred) are features drawn at random, put into the catalogue as `archive add` puts them.  Processor time is told
-beside the clock's, since the ratio of two and one process needs two free cores.
+The records are copies of a shipped synthetic one, each with 0.1 um of independent noise; the 100,000 drops (a thousand machines
+with a hundred each) have randomly drawn features, inserted into the catalogue as `archive add` does.  Processor time is printed
+beside wall-clock time, since the ratio of two processes to one needs two free cores.
 """
 
 from __future__ import annotations
@@ -35,13 +35,13 @@ _MACHINE = shipped("short/machine.toml")
 
 
 def main() -> None:
-    """Print what was measured; goals: 1.8 times on two processes, a comparison under 0.5 s, flat memory."""
+    """Print the measurements; goals: 1.8 times the rate on two processes, a comparison under 0.5 s, constant memory."""
     with tempfile.TemporaryDirectory() as folder:
         _comparison(Path(folder))
     with tempfile.TemporaryDirectory() as folder:
         records = _copies(Path(folder), _LONG)
         _throughput(Path(folder), records[:_RECORDS])
-        # in a process of its own: what came before shall not count
+        # in a fresh process, so that memory used before does not count
         code = "import sys; from benchmarks.archive import memory; memory(sys.argv[1])"
         subprocess.run([sys.executable, "-c", code, folder], check=True)
 
@@ -63,7 +63,7 @@ def _copies(folder: Path, count: int) -> list[Path]:
 
 def _throughput(folder: Path, records: list[Path]) -> None:
     orders = [Order(_MACHINE, record) for record in records]
-    study(orders[0])  # imports and caches are not what is measured
+    study(orders[0])  # warm-up: imports and caches are not measured
     rates = []
     for workers in (1, 2):
         archive = open_archive(folder / f"archive_{workers}", create=True)
@@ -80,7 +80,7 @@ def _throughput(folder: Path, records: list[Path]) -> None:
 
 
 def memory(folder: str) -> None:
-    """Print this process's memory while it files many records."""
+    """Print the memory of this process while it files many records."""
     archive = open_archive(Path(folder) / "archive_long", create=True)
     orders = [Order(_MACHINE, record) for record in sorted(Path(folder).glob("drop_*.nc"))]
     sizes = []
@@ -91,7 +91,7 @@ def memory(folder: str) -> None:
 
 
 def _resident() -> float:
-    """Resident memory of this process, MB."""
+    """Return the resident memory of this process, MB."""
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return pages * resource.getpagesize() / 2**20
 

@@ -1,8 +1,8 @@
-"""What ball loads and heat cost of a drop's processor time: ratios to the same drop without heat, in the same run.
+"""Processor time of ball loads and heat in a simulated drop, as ratios to the same drop without heat in the same run.
 
-The shipped machine with heat at both ends, 0.2 s from 150 Hz at 20 kHz, and the motor of Publication II with what its file
-says.  ``run`` is the integration, ``simulate`` the whole drop with its record.  Each pair of times is measured in turn,
-so that what else the processor does falls on both.
+Cases: the shipped machine with heat at both ends, 0.2 s from 150 Hz at 20 kHz, and the motor of Publication II as in its file.
+``run`` is the integration, ``simulate`` the whole drop with its record.  The times of each pair are measured alternately, so
+that other load of the processor affects both.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _TURNS = 15
 
 
 def in_turn(*functions):
-    """Return the shortest processor times of some functions that are called in turn, s."""
+    """Return the shortest processor time of each of several functions called alternately, s."""
     for function in functions:
         function()
     times = np.empty((_TURNS, len(functions)))
@@ -31,13 +31,13 @@ def in_turn(*functions):
 
 
 def with_same_heat(machine, heat):
-    """Return a machine with one table of heat, or None, at both ends."""
+    """Return a machine with the same thermal data, or None, at both ends."""
     bearings = tuple(bearing.model_copy(update={"heat": heat}) for bearing in machine.touchdown_bearings)
     return machine.model_copy(update={"touchdown_bearings": bearings})
 
 
 def shipped_heat(machine, heat):
-    """Return a table of heat with radii that fit the shipped machine."""
+    """Return thermal data with radii that fit the shipped machine."""
     bore = machine.touchdown_bearings[0].journal_radius + machine.touchdown_bearings[0].radial_gap.high
     radii = {"inner_race_radius": bore + 4e-3, "outer_race_radius": bore + 16e-3, "outer_radius": bore + 20e-3}
     return heat.model_copy(update=radii | {"housing_radius": bore + 25e-3})

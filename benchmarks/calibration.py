@@ -1,4 +1,4 @@
-"""Four drops fitted together and their forces simulated: in one process, and in one a core, in simulations of such a drop."""
+"""Time of a joint fit of four drops and of their forces, in one process and in one per core, relative to one simulation."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ _RUNS = 50
 
 
 def main() -> None:
-    """Print seconds, and the ratio to one simulation of a drop to 60 ms."""
+    """Print times, and their ratio to one simulation of a drop of 60 ms."""
     machine = load_machine(shipped("short/machine.toml"))
     records = [read(path) for path in sorted(shipped("short").glob("drop_*.nc"))]
     model, plan = build_model(machine, bending=12), DropPlan(150.0, 0.06, levitated=0.008)
-    run(model, plan)  # compiles, or takes it from the cache
+    run(model, plan)  # compile, or load from the cache
     began = time.perf_counter()
     for _ in range(_RUNS):
         run(model, plan)
     once = (time.perf_counter() - began) / _RUNS
-    forces_of(fit_drops(machine, records[:1], horizons=(0.006, 0.014)), seconds=0.02, members=8)  # the same
+    forces_of(fit_drops(machine, records[:1], horizons=(0.006, 0.014)), seconds=0.02, members=8)  # warm-up likewise
     for workers in sorted({1, os.cpu_count() or 1}):
         began = time.perf_counter()
         calibration = fit_drops(machine, records, workers=workers)

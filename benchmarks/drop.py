@@ -1,8 +1,8 @@
 """Processor time and error of one drop of 0.2 s, against scipy's RK45 at the published settings in the same run.
 
 The reference integrates the equations written in plain NumPy (tests/sim/plain_drop.py) with rtol 1e-5 and steps of at most
-10 us, as the source of the machine's data did.  Errors are those of the shaft's centre at the touchdown bearings over
-the first 50 ms, against the adaptive method at 1e-10, over machines drawn within their tolerances.
+10 us, as in the source of the machine's data.  Errors are those of the shaft centre at the touchdown bearings over the first
+50 ms, against the adaptive method at a tolerance of 1e-10, for machines with randomly drawn parameters.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ print(time.perf_counter() - start)
 
 
 def best_of(function, count=10):
-    """Return the shortest processor time of some calls, s: other programs lengthen it less than the clock's."""
+    """Return the shortest processor time of several calls, s, which other programs affect less than wall-clock time."""
     times = []
     for _ in range(count):
         start = time.process_time()
@@ -38,7 +38,7 @@ def best_of(function, count=10):
 
 
 def drawn(model, plan, rng):
-    """Return a model and a plan with gap, friction, support, ball clearance and initial angles drawn."""
+    """Return a model and a plan with randomly drawn gap, friction, support, ball clearance, speed and initial state."""
     from tdbsim.columns import FRICTION, GAP, HALF_CLEARANCE, SUPPORT_DAMPING, SUPPORT_XX, SUPPORT_YY
 
     other = model.copy()
@@ -55,7 +55,7 @@ def drawn(model, plan, rng):
 
 
 def at_ends(trajectory):
-    """Return the shaft's centres (k, 2), complex."""
+    """Return the shaft centre at both touchdown bearings (k, 2), complex."""
     from tdbsim import state_layout
 
     n = trajectory.model.n

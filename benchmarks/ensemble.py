@@ -1,6 +1,6 @@
 """Drops per second in a batch of varied machines on all processors, against scipy's RK45 at the published settings.
 
-Also the processor time of a drop computed side by side with others against alone, in the same run, set-up included.
+Also the processor time per drop when several are computed side by side, against one alone, in the same run, set-up included.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from benchmarks.drop import MACHINE, ROOT, best_of, drawn
 
 
 def beside(what: str, cases: list[Any], together: Callable[[], object]) -> str:
-    """Return the processor times of a drop alone and side by side with others, the two in turns."""
+    """Return the processor times per drop alone and side by side with others, measured alternately, as a line of text."""
     from tdbsim.simulate import run
 
     alone, several = [], []

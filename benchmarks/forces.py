@@ -1,4 +1,4 @@
-"""The model fitted to the shipped synthetic drops, against what the rig program used; writes docs/forces.md."""
+"""Accuracy of the model fitted to the shipped synthetic drops, against the rig program's true values; writes docs/forces.md."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Time to build the rotor and its modes, and what each reduction loses, on the shipped machine.
+"""Time to build the rotor and its modes, and truncation error of each modal reduction, on the shipped machine.
 
 Run: python benchmarks/rotor_modes.py
 """
@@ -20,7 +20,7 @@ STIFFNESS = {bearing.name: bearing.support_stiffness.nominal for bearing in MACH
 
 
 def milliseconds(call: Callable[[], object], repeats: int = 10) -> float:
-    """Return the shortest of several runs after a warm one."""
+    """Return the shortest time of several calls after a warm-up call, ms."""
     call()
     runs = []
     for _ in range(repeats):

@@ -1,11 +1,11 @@
-"""`ds.tdb`: analysis of a record in a notebook, by the same functions as the command line.
+"""The `ds.tdb` accessor: analysis of a record in a notebook, by the same functions as the command line.
 
 import tdbmon.accessor
 from tdbmon.record.read import read
 
-record = read("drop.nc")                              # or a Dataset of one's own: channels with units along time
-record.tdb.analyse("machine.toml")                    # shows itself as a table
-record.tdb.analyse("machine.toml", forces=True)       # and how hard the bearings were hit
+record = read("drop.nc")                              # or your own Dataset: channels with units along time
+record.tdb.analyse("machine.toml")                    # displayed as a table
+record.tdb.analyse("machine.toml", forces=True)       # also contact forces and stresses
 record.tdb.compare("archive", machine="machine.toml")
 """
 
@@ -34,14 +34,14 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class AnalysisView:
-    """An analysis that a notebook shows as a table.
+    """Result of an analysis, displayed as a table in a notebook.
 
     Attributes
     ----------
     result : Analysis
         The analysis itself.
     fitted : FittedDrop or None
-        The simulation fitted to the drop, with forces and stresses, where they were asked for.
+        The simulation fitted to the drop, with forces and stresses, if requested.
     """
 
     result: Analysis
@@ -49,7 +49,7 @@ class AnalysisView:
 
     @property
     def json(self) -> dict[str, Any]:
-        """What `tdbmon analyse --json` writes."""
+        """The content of the file that `tdbmon analyse --json` writes."""
         from tdbmon.analysis.contract import analysis_json
 
         content = analysis_json(self.result)
@@ -99,7 +99,7 @@ class AnalysisView:
 
 @dataclass(frozen=True)
 class ComparisonView:
-    """A comparison that a notebook shows as a table, with its verdict and the alarms of earlier drops that stand."""
+    """Result of a comparison, displayed as a table in a notebook, with its verdict and the standing alarms of earlier drops."""
 
     judged: Judged
     standing: tuple[Judged, ...]
@@ -116,7 +116,7 @@ class ComparisonView:
 
     @property
     def json(self) -> dict[str, Any]:
-        """What `tdbmon compare --json` writes."""
+        """The content of the file that `tdbmon compare --json` writes."""
         from tdbmon.history.contract import comparison_json
 
         return comparison_json(self.judged, self.standing)
@@ -158,21 +158,21 @@ class TouchdownAccessor:
     def analyse(
         self, machine: Machine | str | Path, forces: bool = False, also: Sequence[xr.Dataset] = (), workers: int = 1
     ) -> AnalysisView:
-        """Return what `tdbmon analyse` finds.
+        """Return the results of `tdbmon analyse`.
 
-        The dataset is as `tdbmon.record.read.read` gives it, or one of your own: a numeric variable along time a channel, its
-        unit in the attribute ``units``, the time in s or as dates.
+        The dataset comes from `tdbmon.record.read.read` or is your own: each channel is a numeric variable along time with its
+        unit in the attribute ``units``; time is in s or as dates.
 
         Parameters
         ----------
         machine : Machine, str or Path
             The machine or its file.
         forces : bool
-            Fit the simulation too, as ``--forces`` does, and simulate it to the end of the record.
+            Also fit the simulation, as ``--forces`` does, and run it to the end of the record.
         also : sequence of Dataset
-            Other drops of the machine in the same condition, fitted at once (implies `forces`).
+            Other drops of the machine in the same condition, fitted jointly (implies `forces`).
         workers : int
-            Processes that take part in the fit; a script that asks for more than one needs the usual
+            Number of processes for the fit; a script that uses more than one needs the usual
             ``if __name__ == "__main__":``.
 
         Raises
@@ -192,21 +192,21 @@ class TouchdownAccessor:
         return AnalysisView(result, fitted.with_coast_down(result))
 
     def compare(self, archive: str | Path, machine: str | Path | None = None, forces: bool = False) -> ComparisonView:
-        """Return what `tdbmon compare` says of this record, which is not filed by it.
+        """Return the results of `tdbmon compare` for this record, without filing it.
 
         Parameters
         ----------
         archive : str or Path
             The archive's folder.
         machine : str or Path, optional
-            The machine's file; by default that of the archive's last drop, where it holds one machine.
+            The machine's file; by default that of the archive's last drop, if the archive holds one machine only.
         forces : bool
-            Fit the simulation too.
+            Also fit the simulation.
 
         Raises
         ------
         InputError
-            If the dataset was not read by `tdbmon.record.read`, was changed since while its file is filed, or as
+            If the dataset was not read by `tdbmon.record.read`, was modified since although its file is filed, or as in
             `tdbmon.history.unfiled.drop_to_compare`.
         """
         from tdbmon.history.archive import open_archive
@@ -230,7 +230,7 @@ class TouchdownAccessor:
 
 
 def _table(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> str:
-    """An HTML table; whatever names come from files stay text."""
+    """Return an HTML table; names that come from files are escaped."""
     from markupsafe import Markup
 
     cell, head = Markup("<td style='text-align:left'>{}</td>"), Markup("<th style='text-align:left'>{}</th>")

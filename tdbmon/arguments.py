@@ -1,4 +1,4 @@
-"""Arguments that several commands share."""
+"""Command-line arguments shared by several commands."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Reports = Annotated[
     list[Path] | None, typer.Option("--report", metavar="F.html|F.pdf", help="write a report; may be given twice")
 ]
 
-_SEVERAL = ("--reference", "--also")  # options that take files up to the next option, as a shell's drop_*.nc gives them
+_SEVERAL = ("--reference", "--also")  # take all files up to the next option, as a shell expands drop_*.nc
 
 
 def one_by_one(arguments: Sequence[str]) -> list[str]:

@@ -1,4 +1,4 @@
-"""Files that are either written whole or not at all."""
+"""Atomic writing of files: whole or not at all."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from tdbsim.errors import InputError
 
 @contextmanager
 def replacing(path: Path) -> Iterator[Path]:
-    """Yield a temporary path in the same folder; on success it takes the place of `path`, else it is removed.
+    """Yield a temporary path in the same folder; on success it replaces `path`, else it is removed.
 
-    A link stays one: what it points to is replaced.  What is no file (a pipe, a terminal) is written to.
+    A symbolic link is kept and its target replaced.  Anything but a regular file (a pipe, a terminal) is written to directly.
 
     Raises
     ------
     InputError
-        If the place cannot be written.
+        If the path cannot be written.
     """
     try:
         if path.exists() and not path.is_file():
@@ -41,16 +41,16 @@ def replacing(path: Path) -> Iterator[Path]:
 
 @contextmanager
 def whole(path: Path, folder: Path, prefix: str = "", forced: bool = False) -> Iterator[Path]:
-    """Yield a temporary path in a folder of the same disk; on success it takes the place of `path`, else it is removed.
+    """Yield a temporary path in a folder of the same file system; on success it replaces `path`, else it is removed.
 
     Parameters
     ----------
     path : Path
     folder : Path
     prefix : str, optional
-        Of the temporary file's name.
+        Prefix of the temporary file's name.
     forced : bool, optional
-        Whether the file is on the disk before it takes its place, and its name after that, whatever moment the power fails.
+        Flush the file to disk before the replacement and its directory entry after it, so that a power failure loses neither.
     """
     part = _temporary(folder, prefix, path.suffix)
     try:
@@ -69,12 +69,12 @@ def whole(path: Path, folder: Path, prefix: str = "", forced: bool = False) -> I
 
 
 def check_writable(path: Path) -> None:
-    """Begin a file at a place and remove it; what is no file (a pipe, a terminal) is left alone.
+    """Check that a path can be written, by creating and removing a file beside it; pipes and terminals are not tested.
 
     Raises
     ------
     InputError
-        If the place cannot be written.
+        If the path cannot be written.
     """
     if path.exists() and not path.is_file():
         return
@@ -87,7 +87,7 @@ def check_writable(path: Path) -> None:
 
 
 def _check_access(path: Path) -> None:
-    """Refuse to replace a file that may not be written."""
+    """Raise PermissionError if the file exists and is write-protected."""
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
 
@@ -103,7 +103,7 @@ def _temporary(folder: Path, prefix: str, suffix: str) -> Path:
 
 
 def _to_disk(path: Path) -> None:
-    """Force a file, or a folder's list of names, to the disk (folders: where the system can)."""
+    """Flush a file, or a folder's directory entries, to disk (folders: not on Windows)."""
     if os.name == "nt" and path.is_dir():
         return
     handle = os.open(path, os.O_RDONLY if os.name != "nt" else os.O_RDWR)

@@ -123,7 +123,7 @@ def simulate(
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
-    """Simulate a drop: a record as the machine's sensors would see it, and what they do not see."""
+    """Simulate a drop: the record that the machine's sensors would give, and quantities that no sensor measures."""
     from tdbsim.errors import InputError
     from tdbsim.machine import load_machine
 
@@ -157,7 +157,7 @@ def diagnose(
         typer.Option(metavar="RECORD", help="earlier drops: say what has changed since them"),
     ] = None,
 ) -> None:
-    """Find what the model of a machine lacks: name the effect, its place and size, and prove the gain."""
+    """Find the effect that the model of a machine lacks: its kind, place and size, verified on a drop held out."""
     from tdbmon.diagnosis import command
 
     command.diagnose(machine, records, json_file, report, extended, reference)
@@ -170,7 +170,7 @@ def identifiability(
     noise: Annotated[str, typer.Option(help="of each probe, rms")] = "0.3 um",
     json_file: JsonFile = None,
 ) -> None:
-    """Say before any record what drops could tell: how small effects show, which look alike, which drop to add."""
+    """Predict before any measurement what drops can identify: detectable sizes, effects that look alike, best next drop."""
     from tdbsim.machine import load_machine
 
     from tdbmon.diagnosis.identifiability import identifiability as run
@@ -189,7 +189,7 @@ def identifiability(
 def effects(
     identifier: Annotated[str | None, typer.Argument(metavar="ID", help="one effect, with its parameters")] = None,
 ) -> None:
-    """Show the catalogue of effects that a simulation or a machine file may carry."""
+    """List the catalogue of effects that a simulation or a machine file may include."""
     from tdbmon.effects_page import catalogue_lines, effect_lines
 
     for line in catalogue_lines() if identifier is None else effect_lines(identifier):
@@ -201,7 +201,7 @@ app.command()(compare)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; an input that cannot be used is one line on standard error and exit code 2."""
+    """Run the command line; an input error prints one line on standard error and exits with code 2."""
     try:
         code = app(one_by_one(sys.argv[1:] if arguments is None else arguments), standalone_mode=False)
     except KeyboardInterrupt:
@@ -210,7 +210,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         message = _cause(error)
         if message is None:
             raise
-        if type(error).__name__ == "NoArgsIsHelpError":  # no command: the page, as it is laid out
+        if type(error).__name__ == "NoArgsIsHelpError":  # no command given: show the help page unchanged
             sys.stderr.write(str(error.format_message()) + "\n")  # type: ignore[attr-defined]
         else:
             sys.stderr.write("tdbmon: " + " ".join(message.split()) + "\n")
@@ -219,7 +219,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def _cause(error: Exception) -> str | None:
-    """Return the line to show for an error of the input, None for a defect of the program."""
+    """Return the message for an input error; None for a defect of the program."""
     if hasattr(error, "format_message"):  # a wrong option or argument
         return str(error.format_message()) + " (see --help)"
     if type(error).__name__ == "Abort":

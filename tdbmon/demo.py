@@ -1,4 +1,4 @@
-"""The demo: the main job on the synthetic records that ship with tdbmon."""
+"""The demo: analysis, diagnosis and archive on the synthetic records that ship with tdbmon."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def run_demo(out: Path, progress: Progress) -> list[str]:
     """Analyse the shipped records and write JSON, HTML and PDF; return the lines to show."""
     out.mkdir(parents=True, exist_ok=True)
     parts = [partial(_hidden_fault, out), *(partial(_coastdown, name, out) for name in _COASTDOWNS)]
-    # the longest first, each on a core of its own: much of each is done by one
+    # the longest first, one process each: much of each part is serial
     with ProcessPoolExecutor(_WORKERS, get_context("spawn"), attend_parent) as pool:
         begun = [pool.submit(part) for part in parts]
         for done, _ in enumerate(chain([None], as_completed(begun))):
@@ -75,7 +75,7 @@ def _coastdown(name: str, out: Path) -> list[str]:
 
 
 def _hidden_fault(out: Path) -> list[str]:
-    """Find what the model of a machine lacks from four of its drops; write JSON, reports and the extended machine file."""
+    """Diagnose what a machine's model lacks from four of its drops; write JSON, reports and the extended machine file."""
     folder = shipped("loose")
     records = [read(path) for path in sorted(folder.glob("drop_*.nc"))]
     found = diagnose(load_machine(folder / "machine.toml"), records)
@@ -94,7 +94,7 @@ def _years(out: Path, progress: Progress) -> list[str]:
     archive = open_archive(out / "archive", create=True)
     orders = [Order(folder / "machine.toml", record, forces=True) for record in sorted(folder.glob("*.nc"))]
     progress(f"archive: analysing {len(orders)} drops and fitting their forces on {_WORKERS} processes")
-    # again: what an older version left in the folder is made anew
+    # again: results that an older version left in the folder are recomputed
     for done, outcome in enumerate(add_all(archive, orders, workers=_WORKERS, again=True), start=1):
         if outcome.failed:
             raise InputError(outcome.why)

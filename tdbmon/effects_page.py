@@ -33,17 +33,17 @@ whole rotor it may be left out on the command line and is `"rotor"` in the machi
 
 
 def render() -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     return _HEAD + "".join(_section(each) for each in catalogue())
 
 
 def catalogue_lines() -> list[str]:
-    """Return a line an effect."""
+    """Return one line of text per effect."""
     return [f"{each.identifier:<26}{each.place:<18}{each.what}" for each in catalogue()]
 
 
 def effect_lines(identifier: str) -> list[str]:
-    """Return one effect with its parameters (raises `InputError` where there is none of that name)."""
+    """Return the description of one effect with its parameters as lines (raises `InputError` if the name is unknown)."""
     found = declaration(identifier)
     lines = [f"{found.identifier}: {capitalised(found.title)}", found.what]
     lines += [f"signature: {found.signature}", f"on the machine: {found.on_the_machine}", f"where: {found.place}"]

@@ -1,4 +1,4 @@
-"""A value with its 95 % interval: the one type that carries every number to figure, JSON and report."""
+"""A value with its 95 % confidence interval: the type of every number in figures, JSON and reports."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-Z95 = 1.96  # standard deviations that a 95 % interval reaches to either side
+Z95 = 1.96  # half-width of a 95 % interval in standard deviations
 
-# unit outside: (name in JSON and reports, factor from SI)
+# units in JSON, figures and reports, with their factor from SI
 OUTSIDE = {
     "um": 1e6, "mm": 1e3, "m": 1.0, "s": 1.0, "ms": 1e3, "Hz": 1.0, "N": 1.0, "N/m": 1.0, "N s/m": 1.0, "kg": 1.0,
     "mm/s": 1e3, "MPa": 1e-6, "N m": 1.0, "1": 1.0, "deg": 180 / math.pi, "%": 100.0, "1/s": 1.0,
@@ -19,24 +19,24 @@ OUTSIDE = {
 
 @dataclass(frozen=True)
 class Estimate:
-    """A quantity in SI with a 95 % interval.
+    """A quantity in SI with a 95 % confidence interval.
 
     Attributes
     ----------
     value, low, high : float or None
-        In SI.  All None where the quantity could not be estimated; `why` then says why.
-        `low` and `high` alone are None where a value is stated without an interval; `why` says why.
+        In SI.  All are None if the quantity could not be estimated, `low` and `high` alone if a value has no interval; `why`
+        then gives the reason.
     unit : str
-        The unit outside (JSON, figures, reports), one of `OUTSIDE`.
+        The unit in JSON, figures and reports, one of `OUTSIDE`.
     method : str
-        How it was obtained, in a few words.
+        The method of estimation, in a few words.
     why : str
-        Why it, or its interval, is missing.
+        The reason why the value, or its interval, is missing.
     kind : str
         ``"0-pk"``, ``"pk-pk"``, ``"rms"`` for amplitudes; empty otherwise.
     scatter : Estimate or None
-        The same without the errors that all records of a machine share, which no difference between them holds; None where
-        the interval holds no such errors.
+        The same without the systematic errors common to all records of a machine, which cancel in differences between records;
+        None if the interval includes no such errors.
     """
 
     value: float | None
@@ -59,7 +59,7 @@ class Estimate:
 
     @classmethod
     def missing(cls, unit: str, why: str) -> Estimate:
-        """A quantity that could not be estimated, with the reason."""
+        """Return a quantity that could not be estimated, with the reason."""
         return cls(None, unit=unit, why=why)
 
     @classmethod
@@ -73,14 +73,14 @@ class Estimate:
         quantile: float = Z95,
         least: float = -math.inf,
     ) -> Estimate:
-        """A value with the interval ``value ± quantile * sigma`` (SI), cut at the least that the quantity can be."""
+        """Return a value with the interval ``value ± quantile * sigma`` (SI), truncated below at `least`."""
         low = max(value - quantile * sigma, min(least, value))
         return cls(value, low, value + quantile * sigma, unit, method, "", kind)
 
     def widened(self, by: float, holds: str = "", least: float = -math.inf) -> Estimate:
-        """Widen both halves of the interval by an error, SI, that all records of a machine share; `holds` says what it is.
+        """Return the estimate with the interval widened by a systematic error (SI) common to all records; `holds` names it.
 
-        It has one sign, if an unknown one, and so is added as it is.
+        It has the same, unknown, sign in every record, and so is added linearly to both halves.
         """
         if self.value is None or self.low is None or self.high is None or by == 0.0:
             return self
@@ -94,22 +94,22 @@ class Estimate:
 
     @property
     def apart(self) -> Estimate:
-        """The same with the interval of what differs from record to record."""
+        """The estimate with the interval of the record-to-record scatter alone."""
         return self.scatter or self
 
     def later(self, by: float) -> Estimate:
-        """Return an instant (s) told from another begin of time, which lies so much earlier, s."""
+        """Return an instant (s) relative to a time origin that is earlier by this much, s."""
         value, low, high = (None if each is None else each + by for each in (self.value, self.low, self.high))
         return replace(self, value=value, low=low, high=high, scatter=self.scatter and self.scatter.later(by))
 
     @property
     def shared(self) -> float:
-        """By how much errors that all records share widen the upper half of the interval, SI."""
+        """The widening of the interval's upper half by errors common to all records, SI."""
         return 0.0 if self.high is None or self.apart.high is None else self.high - self.apart.high
 
     @property
     def known(self) -> bool:
-        """True where there is a value."""
+        """True if there is a value."""
         return self.value is not None
 
     @property
@@ -119,9 +119,9 @@ class Estimate:
 
     @property
     def sigma(self) -> float | None:
-        """Standard deviation that the interval implies, by both halves alike; None without an interval.
+        """Standard deviation implied by the interval's width; None without an interval.
 
-        By the upper half where the interval begins at nought: the lower one may be cut at what is possible.
+        Taken from the upper half if the interval begins at zero, where the lower half may be truncated.
         """
         if self.value is None or self.low is None or self.high is None:
             return None
@@ -130,20 +130,20 @@ class Estimate:
 
     @property
     def log_sigma(self) -> float | None:
-        """Standard deviation of the logarithm that the interval implies; None where not all of it is above nought."""
+        """Standard deviation of the logarithm implied by the interval; None unless the whole interval is positive."""
         if self.value is None or self.low is None or self.high is None or self.low <= 0:
             return None
         return math.log(self.high / self.low) / 2 / Z95
 
     @property
     def outside(self) -> tuple[float | None, float | None, float | None]:
-        """Value, low and high in the unit outside."""
+        """Value, low and high in `unit`."""
         factor = OUTSIDE[self.unit]
         value, low, high = (None if x is None else x * factor for x in (self.value, self.low, self.high))
         return value, low, high
 
     def to_json(self) -> dict[str, Any]:
-        """The quantity of the JSON contract."""
+        """Return the quantity in the form of the JSON contract."""
         value, low, high = self.outside
         out: dict[str, Any] = {"value": value, "low": low, "high": high, "unit": self.unit, "method": self.method}
         if self.kind:
@@ -159,7 +159,7 @@ class Estimate:
 
 
 def since(instant: Estimate, origin: Estimate | None, unit: str = "ms") -> Estimate:
-    """Return the time from an origin (the release) to an instant that follows it; both errors count."""
+    """Return the time from an origin (the release) to a later instant; the intervals of both are combined."""
     if instant.value is None:
         return Estimate.missing(unit, instant.why)
     if origin is None or origin.value is None:

@@ -1,4 +1,4 @@
-"""The JSON that a command writes beside what it prints."""
+"""The JSON file that a command writes in addition to its printed output."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ from typing import Any
 
 
 def write_json(path: Path | None, content: dict[str, Any]) -> list[str]:
-    """Write a command's results, where a file is named, and return what to say of it.
+    """Write a command's results as JSON if a path is given; return the lines to print about it.
 
-    To be called before results are printed: whoever reads the output may close it after a line.
+    Call it before printing the results: a reader of the output may close the pipe after one line.
     """
     if path is None:
         return []
@@ -22,7 +22,7 @@ def write_json(path: Path | None, content: dict[str, Any]) -> list[str]:
 
 
 def say(lines: Iterable[str]) -> None:
-    """Print what a command found, and what it wrote."""
+    """Print the lines of a command's output."""
     import typer
 
     for line in lines:

@@ -1,7 +1,7 @@
-"""Machine files written: the TOML that `tdbsim.machine.load_machine` reads, with the units that people use.
+"""Writing of machine files: the TOML that `tdbsim.machine.load_machine` reads, in customary units.
 
-A file states a tolerance on both sides of its nominal value alike.  Where the limits of a value do not lie so, as after a
-calibration that moved it, the tolerance is written as wide as it was, about the new value.
+A file states a tolerance symmetric about its nominal value.  If the limits of a value are not symmetric, as after a calibration
+that moved the value, a tolerance of the same width is written about the new value.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from tdbmon.atomic import write_text
 if TYPE_CHECKING:
     from tdbmon.identify.calibration import Calibration
 
-# the unit in which each value is written, by part; values that are not here are plain numbers in SI
+# the unit in which each value is written, by part; values not listed are plain numbers in SI
 UNITS: dict[type[BaseModel], dict[str, str]] = {
     Section: {"length": "mm", "outer_diameter": "mm", "inner_diameter": "mm"},
     Disk: {"position": "mm", "mass": "kg", "polar_inertia": "kg m^2", "diametral_inertia": "kg m^2"},
@@ -100,22 +100,21 @@ _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 
 def machine_text(machine: Machine, head: str = "") -> str:
-    """Return a machine as the text of its file.
+    """Return the text of a machine's file.
 
-    `parse_machine` makes the same machine of it, to the last digit; except that limits which do not lie alike on both sides
-    of the nominal value come back about it, as wide as before: in per cent where the value is a positive size, else
-    absolutely.
+    `parse_machine` reads it back exactly, except that limits asymmetric about the nominal value become symmetric with the same
+    width: relative if the value is a positive size, else absolute.
 
     Parameters
     ----------
     machine : Machine
     head : str
-        Goes to the top as a comment, e.g. what wrote it and from which drops.
+        Comment at the top of the file, e.g. its author and the drops it is based on.
 
     Raises
     ------
     InputError
-        If a setting of an effect has a form that no effect takes (a table, a list, a date).
+        If a setting of an effect has a type that no effect accepts (a table, a list, a date).
     """
     plain, tables = [], []
     for key, value in _entries(machine):
@@ -138,7 +137,7 @@ def write_machine(machine: Machine, path: Path, head: str = "") -> None:
     Raises
     ------
     InputError
-        If the machine could not be read back, or the place cannot be written.
+        If the machine could not be read back, or the path cannot be written.
     """
     text = machine_text(machine, head)
     parse_machine(tomllib.loads(text), str(path))
@@ -146,7 +145,7 @@ def write_machine(machine: Machine, path: Path, head: str = "") -> None:
 
 
 def check_suffix(path: Path | None) -> None:
-    """Raise InputError where the name of a machine file to write is not one: before the time for a fit is spent."""
+    """Raise InputError if a machine file to write is not .toml, before time is spent on a fit."""
     if path is None:
         return
     if path.suffix.lower() != ".toml":
@@ -156,9 +155,9 @@ def check_suffix(path: Path | None) -> None:
 
 
 def calibration_head(calibration: Calibration, machine_file: Path, remark: str = "") -> str:
-    """Return the comment at the top of a calibrated machine's file: from what it was made, and what to know of it.
+    """Return the comment at the top of a calibrated machine's file: its source, the misfit and poorly determined values.
 
-    `remark` is what else there is to know of its values.
+    `remark` is a further remark on its values.
     """
     from tdbmon import __version__
 
@@ -180,19 +179,19 @@ def calibration_head(calibration: Calibration, machine_file: Path, remark: str =
 
 
 def with_effects(machine: Machine, effects: Sequence[Effect]) -> Machine:
-    """Return a machine that carries some effects beside its own.
+    """Return a machine with effects added to its own.
 
     Raises
     ------
     InputError
-        If a place does not exist on it, or an effect that acts once at a place stands there twice.
+        If a place does not exist on the machine, or an effect that may act only once at a place is given there twice.
     """
     all_effects(machine, effects)
     return machine.model_copy(update={"effects": (*machine.effects, *(_setting(effect) for effect in effects))})
 
 
 def _setting(effect: Effect) -> EffectSetting:
-    """Return an effect as a machine file states it; values without a number (a foundation that is rigid) stay default."""
+    """Return an effect as a machine file states it; non-finite values (a rigid foundation) are left at their default."""
     values = {each.name: _written(getattr(effect, each.name), each) for each in effect.parameters()}
     kept = {name: value for name, value in values.items() if value is not None}
     return EffectSetting.model_validate({"name": effect.identifier(), "where": effect.where, **kept})
@@ -207,7 +206,7 @@ def _written(value: float | str, parameter: Parameter) -> float | str | None:
 
 
 def _entries(part: BaseModel) -> Iterator[tuple[str, Any]]:
-    """Yield what a part's table holds; defaults that its owner left out stay out."""
+    """Yield the entries of a part's table; defaults that were not set explicitly are left out."""
     for name, field in type(part).model_fields.items():
         value = getattr(part, name)
         default = field.get_default(call_default_factory=True)
@@ -222,7 +221,7 @@ def _lines(part: BaseModel) -> list[str]:
 
 
 def _toml(value: Any, unit: str | None) -> str:
-    """Return a value as TOML; `unit` is the one to write a number in, None for SI without one."""
+    """Return a value as TOML; numbers are written in `unit`, or as plain SI numbers if it is None."""
     if isinstance(value, Tolerant):
         return _tolerant(value, unit)
     if isinstance(value, BaseModel):
@@ -250,7 +249,7 @@ def _tolerant(value: Tolerant, unit: str | None) -> str:
 
 
 def _tolerance(value: Tolerant, unit: str) -> str:
-    """Return the shortest tolerance that gives a value's limits exactly; else the one that is as wide as they are."""
+    """Return the shortest tolerance that reproduces a value's limits exactly; else the symmetric one of the same width."""
     si = SI.get(unit, unit)
     nominal, half = abs(float(value.nominal)), (value.high - value.low) / 2
     for digits in range(3, 18):
@@ -260,20 +259,20 @@ def _tolerance(value: Tolerant, unit: str) -> str:
             for text, read in ((percent, nominal * to_si(percent, "1")), (absolute, to_si(absolute, si))):
                 if (value.nominal - read, value.nominal + read) == (value.low, value.high):
                     return text
-    # the width itself was rounded when the limits were: it lies within some last digits of these
+    # rounding of the limits may have moved the width by a few units in the last place
     for width in (half, value.high - value.nominal, value.nominal - value.low):
         for ulps in range(-4, 5):
             near = width + ulps * math.ulp(width)
             if (value.nominal - near, value.nominal + near) == (value.low, value.high):
                 return _with_unit(repr(near), si)
-    # a size that cannot be negative stays so in per cent; an angle counts from anywhere
+    # per cent keeps a non-negative size non-negative; an angle has no fixed origin
     if value.low >= 0 and nominal and si != "rad":
         return f"{100 * (value.high - value.low) / (value.high + value.low):.12g} %"
     return _with_unit(f"{half / scale(unit, si):.12g}", unit)
 
 
 def _quantity(value: float, unit: str, si: str) -> str:
-    """Return a text that is read as exactly this value: in its unit, unless only SI has it in few digits or at all."""
+    """Return a text that parses to exactly this value, in `unit` unless only SI gives it in few digits or at all."""
     for name, digits in ((unit, range(6, 13)), (si, range(6, 13)), (unit, range(13, 18))):
         outside = float(value) / scale(name, si)
         for count in digits:
@@ -301,5 +300,5 @@ def _key(name: str) -> str:
 
 
 def _printable(line: str) -> str:
-    """Return a line without control characters, which no TOML comment may hold."""
+    """Return a line without control characters, which TOML comments must not contain."""
     return "".join(character if character.isprintable() else "?" for character in line)

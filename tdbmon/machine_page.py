@@ -1,4 +1,4 @@
-"""docs/machine_file.md: every key of a machine file, from the models that read it (``python -m tdbmon.machine_page``)."""
+"""Writes docs/machine_file.md, every key of a machine file, from the models that read it (``python -m tdbmon.machine_page``)."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ PAGE = Path(__file__).resolve().parents[1] / "docs" / "machine_file.md"
 
 @dataclass(frozen=True)
 class Key:
-    """What a key means: `used` is ``"analyse"``, or ``"forces"`` where a plain analysis does without."""
+    """Description of a key: `used` is ``"analyse"``, or ``"forces"`` if a plain analysis does not need it."""
 
     used: str
     says: str
@@ -405,7 +405,7 @@ act: unbalances and bows add up as vectors, gains multiply. One that can act onl
 
 
 def render() -> str:
-    """Return the page."""
+    """Return the page as Markdown."""
     return _HEAD + "".join(_table(*table) for table in _TABLES) + _TAIL
 
 

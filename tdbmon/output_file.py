@@ -1,4 +1,4 @@
-"""The files that a command is to write: what is wrong with them is told before anything is computed."""
+"""Check of a command's output files before anything is computed."""
 
 from __future__ import annotations
 
@@ -11,20 +11,20 @@ from tdbmon.atomic import check_writable
 
 
 def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None]) -> None:
-    """Check where results are to go.
+    """Check that results can be written without overwriting each other or an input.
 
     Parameters
     ----------
     outputs : iterable of Path or None
-        Files to write; None where none was asked for.
+        Files to write; None for outputs not requested.
     inputs : iterable of Path or None
         Files that the command reads.
 
     Raises
     ------
     InputError
-        If a folder does not exist, a file is a folder or cannot be written, two outputs are one file, or one is a file that
-        is read: a record that was written over cannot be measured again.
+        If a folder does not exist, a path is a folder or cannot be written, two outputs are the same file, or an output is an
+        input: an overwritten record cannot be measured again.
     """
     read = [each for each in inputs if each is not None and each.exists()]
     seen: set[Path] = set()

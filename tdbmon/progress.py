@@ -1,4 +1,4 @@
-"""Telling the current step of a long computation to whoever waits for it."""
+"""Progress messages of long computations."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ Progress = Callable[[str], None]
 
 
 def silent(_: str) -> None:
-    """Tell nobody."""
+    """Discard the message."""
 
 
 @contextmanager
 def on_terminal() -> Iterator[Progress]:
-    """Show the current step on a terminal; say nothing in a pipe."""
+    """Show the current step if standard error is a terminal; else show nothing."""
     if not sys.stderr.isatty():
         yield silent
         return

@@ -1,4 +1,4 @@
-"""Quantities as words: a value with its interval, with as many digits as the interval bears, in a readable unit."""
+"""Quantities as text: a value with its interval, rounded to the interval's significant digits, in a readable unit."""
 
 from __future__ import annotations
 
@@ -15,56 +15,56 @@ from tdbmon.estimate import OUTSIDE, Estimate
 _UNIT_WORD = {"um": "µm", "1": "", "deg": "°", "N/m": "N/m", "N s/m": "N s/m", "N m": "N m"}
 _PREFIXED = ("N", "N/m", "N s/m", "N m")  # units that may be written with a prefix
 _LENGTHS = ("um", "mm", "m")
-_FINEST = 0.05  # um, has two decimals
-_LONG, _TINY = 1e6, 1e-4  # beyond which a number is written with a power of ten; below, one without a unit
+_FINEST = 0.05  # um, finest interval width resolved: two decimals
+_LONG, _TINY = 1e6, 1e-4  # numbers above _LONG, or dimensionless ones below _TINY, are written with a power of ten
 _RAISED = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
-_MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # of numbers: names keep their letters
+_MICRO, _MINUS = re.compile(r"(?<=\d )µ(?=[A-Za-z])"), re.compile(r"−(?=\d)")  # in numbers, not in names
 _PREFIXES = ((1e9, "G"), (1e6, "M"), (1e3, "k"), (1.0, ""), (1e-3, "m"), (1e-6, "µ"))
 
 
 def signed(value: float, digits: int) -> str:
-    """Return a number with its sign, so many digits after the point; nought has no minus."""
+    """Return a number with its sign and this many decimals; zero never has a minus."""
     return f"{round(value, digits) + 0.0:+.{digits}f}".replace("-", "−")
 
 
 def percent(share: float, digits: int = 0) -> str:
-    """Return a share as text in per cent, so many digits after the point: ``5 %``."""
+    """Return a fraction as text in per cent with this many decimals: ``5 %``."""
     return f"{round(100 * share, digits) + 0.0:.{digits}f} %".replace("-", "−")
 
 
 def stated_percent(share: float) -> str:
-    """Return a share that somebody has stated, as text in per cent with all its digits: ``2.5 %``."""
+    """Return a fraction stated by the user as text in per cent with all its digits (six at most): ``2.5 %``."""
     return f"{100 * share:.6g} %"
 
 
 def off_by(ratio: float) -> str:
-    """Return in per cent how far a ratio is from one, with its sign: ``+1.2 %``."""
+    """Return the deviation of a ratio from one in per cent with its sign: ``+1.2 %``."""
     return f"{signed(100 * (ratio - 1), 1)} %"
 
 
 def whole_degrees(angle: float) -> str:
-    """Return an angle, rad, as text: ``−90°``."""
+    """Return an angle (rad) as text in whole degrees: ``−90°``."""
     return f"{math.degrees(angle):.0f}°".replace("-", "−")
 
 
 def counted(number: int, noun: str) -> str:
-    """Return how many there are of what a noun in the singular names: ``1 drop``, ``3 drops``."""
+    """Return a count with its noun, given in the singular: ``1 drop``, ``3 drops``."""
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
 def first_few(names: Sequence[str], most: int, between: str = ", ") -> str:
-    """Return the first of some names, and how many more there are: ``a, b and 3 more``."""
+    """Return the first `most` names and the number of the others: ``a, b and 3 more``."""
     more = f" and {len(names) - most} more" if len(names) > most else ""
     return between.join(names[:most]) + more
 
 
 def capitalised(words: str) -> str:
-    """Return words as they begin a sentence; what follows keeps its capitals."""
+    """Return a text with its first letter as a capital; the rest is unchanged."""
     return words[:1].upper() + words[1:]
 
 
 def decapitalised(words: str) -> str:
-    """Return a title or a sentence as it stands within another one: an abbreviation keeps its capitals."""
+    """Return a text with its first letter in lower case, for use within a sentence; an abbreviation there keeps its capitals."""
     return words if words[:2].isupper() else words[:1].lower() + words[1:]
 
 
@@ -93,14 +93,14 @@ def words(estimate: Estimate, unit: str | None = None) -> str:
 
 
 def printed(estimate: Estimate, unit: str | None = None) -> str:
-    """Return an estimate as `words` does, in letters that every terminal has: ``282.1 um (279.0 to 285.2)``."""
+    """Return an estimate as `words` does, in characters that every terminal has: ``282.1 um (279.0 to 285.2)``."""
     if estimate.value is None:
         return f"not estimated ({estimate.why})"
     return plain(words(estimate, unit))
 
 
 def toleranced(stated: Tolerant, unit: str) -> str:
-    """Return what is stated with its tolerance, in a unit of `tdbmon.estimate.OUTSIDE`: ``5.5 kN s/m (3.3 to 7.7)``."""
+    """Return a stated value with its tolerance, in a unit of `tdbmon.estimate.OUTSIDE`: ``5.5 kN s/m (3.3 to 7.7)``."""
     factor, name = _unit(Estimate(stated.nominal, stated.low, stated.high, unit), None)
     value, low, high = (f"{x * factor:.4g}".replace("-", "−") for x in (stated.nominal, stated.low, stated.high))
     tail = name if name == "°" else f" {name}".rstrip()
@@ -108,19 +108,19 @@ def toleranced(stated: Tolerant, unit: str) -> str:
 
 
 def why_no_interval(estimate: Estimate) -> str:
-    """Return why a value has no interval, in brackets to stand behind it; nothing where it has one, or has no value."""
+    """Return in brackets the reason why a value has no interval; "" if it has one, or if there is no value."""
     return f" ({estimate.why})" if estimate.known and estimate.low is None and estimate.why else ""
 
 
 def plain(text: str) -> str:
-    """Return text with its numbers and units in letters that every terminal has: ``-3 um`` for ``−3 µm``."""
+    """Return text with its numbers and units in characters that every terminal has: ``-3 um`` for ``−3 µm``."""
     return _MINUS.sub("-", _MICRO.sub("u", text))
 
 
 def _told_apart(value: float, low: float, high: float) -> float:
-    """Return the width whose digits show an interval, its value within it and not at its end, and zero outside where it is.
+    """Return the width that sets the digits of an interval so that rounding keeps the value off its ends, and zero outside it.
 
-    All in the unit in which they are written.
+    The digits must separate the value from the nearer end, and an interval that excludes zero from zero.  All in printed units.
     """
     nearest = min((away for away in (value - low, high - value) if away > 0), default=0.0)
     finest = (high - low) / 100
@@ -130,17 +130,17 @@ def _told_apart(value: float, low: float, high: float) -> float:
 
 
 def _as_probes_tell(width: float, *shown: float) -> float:
-    """Return the width of hundredths of a micrometre in the place of a finer one, where they still tell the numbers (um) apart.
+    """Return the width for hundredths of a micrometre instead of a finer one, if the numbers (um) still differ when so rounded.
 
-    An interval may be finer than what any probe tells, as that of a mean over thousands of samples with its noise.
+    An interval may be finer than the resolution of any probe, as that of a mean over thousands of noisy samples.
     """
     return _FINEST if width < _FINEST and len({_fixed(x, _decimals(_FINEST)) for x in shown}) == len(shown) else width
 
 
 def short(estimate: Estimate, width: float | None = None) -> str:
-    """Return an estimate without its interval; the dash where it is missing.
+    """Return an estimate as text without its interval; a dash if it is missing.
 
-    `width` is that of the interval whose digits it is told with, SI; without it the estimate's own counts, or a hundredth.
+    `width` (SI) of an interval sets the digits; by default the estimate's own, but at least a hundredth of the value.
     """
     if estimate.value is None:
         return "–"
@@ -151,10 +151,10 @@ def short(estimate: Estimate, width: float | None = None) -> str:
 
 
 def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple[str, str, str]:
-    """Return an estimate, what was before it and their difference (SI) as text, in one unit.
+    """Return an estimate, the value before it and their difference (SI) as text in one unit.
 
-    They have the digits of the difference's interval (the estimate's where it has none), and another where they do not subtract
-    as they are written; where that is not enough, what was before is rounded the other way.
+    The digits follow the difference's interval (the estimate's if it has none), with one more if the rounded numbers do not
+    subtract exactly; if that is not enough, the value before is rounded the other way.
     """
     if estimate.value is None or difference.value is None:
         return short(estimate), "–", words(difference)
@@ -177,7 +177,7 @@ def subtracted(estimate: Estimate, before: float, difference: Estimate) -> tuple
 
 
 def number(value: float, width: float) -> str:
-    """Return a number with the decimals that show `width` with two figures (one where its first is large)."""
+    """Return a number with the decimals that show `width` to two significant digits (one if its first is 4 or more)."""
     return _fixed(value, _decimals(width)) if width > 0 else f"{value:.6g}"
 
 
@@ -196,12 +196,12 @@ def _fixed(value: float, decimals: int) -> str:
 
 
 def _kind(estimate: Estimate) -> str:
-    """The kind of an amplitude, to stand behind its unit: only lengths swing about a mean, forces and stresses do not."""
+    """Return the suffix for the kind of an amplitude (``0-pk``): only lengths have one, as forces do not swing about a mean."""
     return f" {estimate.kind}" if estimate.kind and estimate.unit in _LENGTHS else ""
 
 
 def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
-    """Factor from SI and the unit's name, with a prefix where the number would be long."""
+    """Return the factor from SI and the unit's name, with a prefix or power of ten if the number would be long."""
     chosen = unit or estimate.unit
     factor = OUTSIDE[chosen]
     if chosen in _PREFIXED and estimate.value:
@@ -217,19 +217,19 @@ def _unit(estimate: Estimate, unit: str | None) -> tuple[float, str]:
 
 
 def raised(power: int) -> str:
-    """Return a power as it stands behind its base: ``⁻³``."""
+    """Return an exponent in superscript digits: ``⁻³``."""
     return str(power).translate(_RAISED)
 
 
 def rpm(speed: Estimate) -> str:
-    """Return a speed as text in Hz with its interval, and in whole rpm, which have none."""
+    """Return a speed as text in Hz with its interval, followed by the value in whole rpm."""
     if speed.value is None:
         return words(speed)
     return f"{words(speed)}, {_fixed(speed.value * 60, 0)} rpm"
 
 
 def moment(text: str) -> str:
-    """Return an ISO 8601 date and time as people write it, the date alone where no time is stated; other words as they are."""
+    """Return an ISO 8601 date and time in readable form, the date alone if no time is stated; any other text unchanged."""
     try:
         when = datetime.fromisoformat(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""Remarks on several records as sentences, those of one kind in one; and on what a table leaves out."""
+"""Remarks on several records as sentences, with similar ones merged; and the remark on rows left out of a table."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ _NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e-?\d+)?")
 
 
 def grouped(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
-    """Return remarks as sentences, those of one kind in one (see `alike`)."""
-    names = tuple(records)  # which keep their letters
+    """Return remarks as sentences, with similar ones merged (see `alike`)."""
+    names = tuple(records)  # names of records are not capitalised
     return [_ended(each if each.startswith(names) else capitalised(each)) for each in alike(remarks, records)]
 
 
 def alike(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
-    """Return remarks of which those that say the same of channels and records, apart from numbers, are one.
+    """Return remarks, merging those that differ only in record, channel and numbers.
 
-    The first of them is told whole, for the others where they hold.
+    The first of them is kept in full, followed by the records and channels of the others.
     """
     kinds: dict[str, list[tuple[str, str, str]]] = {}
     for remark in remarks:
@@ -33,7 +33,7 @@ def alike(remarks: Iterable[str], records: Sequence[str]) -> list[str]:
 
 
 def and_more(count: int) -> str:
-    """Return, to end a caption with, how many rows a table leaves out; "" for none."""
+    """Return the end of a caption that states the number of rows left out of a table; "" for none."""
     return f"; {count} more {'is' if count == 1 else 'are'} left out" if count > 0 else ""
 
 

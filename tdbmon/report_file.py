@@ -1,4 +1,4 @@
-"""The report files that a command was asked for: the suffix decides the form."""
+"""Writing of the requested report files; the suffix decides the format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def check_reports(paths: Sequence[Path] | None) -> None:
-    """Tell a wrong path before anything is computed.
+    """Check the suffixes of report paths before anything is computed.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def check_reports(paths: Sequence[Path] | None) -> None:
 
 
 def draw_reports(paths: Sequence[Path] | None, make: Callable[[Progress], Document]) -> None:
-    """Draw and write the reports that a command was asked for, once what it found is said: a figure may fail."""
+    """Draw and write the requested reports; call it after the results are printed, since a figure may fail."""
     if not paths:
         return
     with on_terminal() as tell:

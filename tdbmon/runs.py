@@ -1,4 +1,4 @@
-"""Runs: stretches of neighbouring samples of which something is true."""
+"""Runs: stretches of consecutive samples that satisfy a condition."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Runs:
-    """Stretches of samples: `first` and `length` of each, both of shape (n,)."""
+    """Runs of consecutive samples: index of the `first` sample and `length` of each, both of shape (n,)."""
 
     first: np.ndarray
     length: np.ndarray
@@ -20,18 +20,18 @@ class Runs:
         return int(self.first.size)
 
     def __iter__(self) -> Iterator[slice]:
-        """Go through the runs, each as a slice of the samples."""
+        """Iterate over the runs, each as a slice of the samples."""
         for first, length in zip(self.first.tolist(), self.length.tolist(), strict=True):
             yield slice(first, first + length)
 
     @property
     def longest(self) -> int:
-        """Length of the longest run, 0 without any."""
+        """Number of samples in the longest run, 0 without any."""
         return int(self.length.max()) if self.length.size else 0
 
     @property
     def total(self) -> int:
-        """Samples in all runs."""
+        """Number of samples in all runs."""
         return int(self.length.sum())
 
     def where(self, mask: np.ndarray) -> Runs:
@@ -39,7 +39,7 @@ class Runs:
         return Runs(self.first[mask], self.length[mask])
 
     def lasting(self, time: np.ndarray, seconds: float) -> Runs:
-        """Return the runs of samples at times (n,), s, that last for more than so many seconds."""
+        """Return the runs longer than `seconds`, s, given the times (n,) of the samples, s."""
         return self.where(time[self.first + self.length - 1] - time[self.first] > seconds)
 
     def mask(self, size: int) -> np.ndarray:

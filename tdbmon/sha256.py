@@ -1,4 +1,4 @@
-"""SHA-256 of a file: by it a record and a machine file are known, whatever they are called."""
+"""SHA-256 of a file, which identifies records and machine files whatever their names."""
 
 from __future__ import annotations
 

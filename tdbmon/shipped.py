@@ -1,4 +1,4 @@
-"""Where the records and machines that ship with tdbmon are."""
+"""Location of the records and machines that ship with tdbmon."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A simulated drop for the command line: a plan with usual sensors, its main numbers as text and JSON."""
+"""Simulation of a drop for the command line, with typical sensors; its main results as text and JSON."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ from tdbmon.progress import Progress
 from tdbmon.ring_speed import turns_along
 from tdbmon.unsettled_end import unsettled_lines
 
-# an ordinary eddy-current measurement: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps where they
-# are wider (a machine file's `range` is three gaps to either side where it is left out)
+# a typical eddy-current probe: 0.25 um of noise, a little hum, a 16-bit converter over 2 mm, or over six gaps if that is wider
+# (the default `range` of a machine file is three gaps to either side)
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _GAPS = 3.0
 _LEVITATED_S = 0.1
@@ -42,14 +42,15 @@ def simulate_drop(
     progress: Progress,
     sampling: str | None = None,
 ) -> xr.Dataset:
-    """Simulate a drop from texts as the command line takes them.
+    """Simulate a drop from the texts of command-line options.
 
-    Without a `sampling` it is 20 kHz, or what the keyphasor's pulses take.
+    The default `sampling` is 20 kHz, or more if the keyphasor's pulses require it.
 
     Raises
     ------
     InputError
-        If a text is no quantity, an effect or its place is unknown, or the integration does not converge.
+        If a text is not a valid quantity, an effect or its place is unknown or its size is zero, or the integration does not
+        converge.
     """
     hz = speed_of(speed)
     rate = max(DropPlan.sampling, least_sampling(machine, hz)) if sampling is None else sampling_of(sampling)
@@ -76,7 +77,7 @@ def simulate_drop(
 
 
 def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate]]:
-    """Peak forces, and the time at which each ring first turns with the journal."""
+    """Return the peak forces of each end, and the time at which its ring first turns with the journal."""
     out = {}
     release = float(drop.attrs["release_time_s"])
     for i, end in enumerate(drop["end"].values):
@@ -101,7 +102,7 @@ def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate
 
 
 def _given_again(effects: Sequence[Effect]) -> list[str]:
-    """Say which effects stand more than once at a place, in the machine file or beside it: none replaces another."""
+    """Return a remark on each effect given more than once at a place, machine file included: none replaces another."""
     given = Counter((each.identifier(), each.where) for each in effects)
     return [
         f"{name} is given {count} times for '{where}', machine file included: all of them act"
@@ -111,7 +112,7 @@ def _given_again(effects: Sequence[Effect]) -> list[str]:
 
 
 def simulation_lines(drop: xr.Dataset, machine: Machine, effects: Sequence[str]) -> list[str]:
-    """Return the main numbers of a machine's drop, simulated with effects beside its own, as lines of text."""
+    """Return the main results of a drop, simulated with effects in addition to the machine's own, as lines of text."""
     acting = all_effects(machine, map(parse, effects))
     lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}", *_given_again(acting)]
     names = {
@@ -126,7 +127,7 @@ def simulation_lines(drop: xr.Dataset, machine: Machine, effects: Sequence[str])
 
 
 def simulation_json(drop: xr.Dataset, machine: Machine) -> dict[str, Any]:
-    """Return the main numbers of a machine's simulated drop as plain dictionaries, times from the record's first sample."""
+    """Return the main results of a simulated drop as plain dictionaries, times from the record's first sample."""
     release = float(drop.attrs["release_time_s"])
     ends = {}
     for end, numbers in _numbers(drop, machine).items():

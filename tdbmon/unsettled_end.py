@@ -1,4 +1,4 @@
-"""What `tdbmon analyse` will not be able to tell of a simulated record that ends while the shaft still bounces."""
+"""Warning for a simulated record that ends while the shaft still bounces, in which `tdbmon analyse` cannot find some values."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tdbmon.analysis.axes import seen_ends, to_planes
 from tdbmon.analysis.gap import SETTLED_S, NoCircle, settled_from
 from tdbmon.record.assign import assign
 
-_USUAL_S = 2.0  # after the release: shafts of a few kilograms to a tonne and a half lie by then
+_USUAL_S = 2.0  # after the release: rotors of a few kilograms to 1.5 tonnes have settled by then
 
 
 def unsettled_lines(drop: xr.Dataset, machine: Machine) -> list[str]:
-    """Return in a line which ends' clearance, contacts and stiffness `analyse` cannot tell, and the cure; none where it can."""
+    """Return a line naming the ends whose clearance, contacts and stiffness cannot be estimated, and the remedy; else none."""
     try:
         planes = to_planes(assign(drop, machine), machine)
     except InputError:

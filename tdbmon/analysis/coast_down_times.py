@@ -116,8 +116,9 @@ def _read(after: Coast, wanted: float, sigma: float) -> Estimate | None:
         design = np.vander((near.middle - middle) / scale, 3)
         found, *_ = np.linalg.lstsq(design, near.mean, rcond=None)
         left = near.mean - design @ found
-        if float(np.std(left)) < max(_BENT * scatter(near.mean), _BENDS * wanted):
-            return _crossing(found, left, design, wanted, sigma, middle, scale)
+        smooth_there = float(np.std(left)) < max(_BENT * scatter(near.mean), _BENDS * wanted)
+        if smooth_there and (crossing := _crossing(found, left, design, wanted, sigma, middle, scale)) is not None:
+            return crossing
     return _between(after.middle, smooth, at, wanted, float(np.hypot(sigma, scatter(after.mean[first:stop]))))
 
 

@@ -55,7 +55,7 @@ def exchanged_probes(
     """
     used = {str(name) for name in planes.probe.values}
     ends = [[probe.name for probe in machine.probes_at(end) if probe.name in used] for end in machine.ends]
-    if len(ends) != 2 or any(str(plane) != "bearing" for plane in planes.plane.values):
+    if len(ends) != 2 or not all(ends) or any(str(plane) != "bearing" for plane in planes.plane.values):
         return None
     dimension = record[ends[0][0]].dims[0]
     time = record[dimension].to_numpy()

@@ -1,5 +1,5 @@
-"""Figures of an analysed drop: one function a figure, one file a function; each takes an `Analysis`.
+"""Figures of an analysed drop: one function per figure, one file per function; most take an `Analysis`.
 
-All of them return a `matplotlib.figure.Figure` that belongs to no window (no pyplot state), 170 mm wide.  Lengths are drawn
-in micrometres, speeds in Hz.  What a record lacks is said in the figure, or the function raises `InputError`.
+All of them return a `matplotlib.figure.Figure` without pyplot state, 170 mm wide.  Lengths are drawn in micrometres, speeds
+in Hz.  If a record lacks data, the figure says so or the function raises `InputError`.
 """

@@ -34,12 +34,12 @@ if TYPE_CHECKING:
 
     from tdbmon.analysis.result import Analysis
 
-_BINS = 2.0  # of a window of revolutions, as wide as the order filter is at half power (Blackman-Harris)
-_SEEN = 3.0  # standard deviations that an amplitude must have for its phase to be drawn
-_FEWEST = 2  # clear circles that make a polar plot
-_MARKED_HZ = 20.0  # speeds named in the polar plot
-_NAMED = 0.12  # of the greatest circle: smaller ones lie in a heap that no name tells apart
-# about a point of the polar plot, points of type: near it, then farther away
+_BINS = 2.0  # half-power bandwidth of the order filter in bins of its window (Blackman-Harris)
+_SEEN = 3.0  # least amplitude, in standard deviations, for its phase to be drawn
+_FEWEST = 2  # least significant values for a polar plot
+_MARKED_HZ = 20.0  # interval of the speeds labelled in the polar plot
+_NAMED = 0.12  # of the greatest circle: smaller ones crowd at the origin and are not labelled
+# candidate label offsets about a point of the polar plot, in typographic points: near it, then farther away
 _ABOUT = [
     ((away * x, away * y), "left" if x > 0 else "right", "bottom" if y > 0 else "top")
     for away in (3.0, 8.0) for x, y in ((1, 1), (-1, 1), (1, -1), (-1, -1))
@@ -76,13 +76,13 @@ def bode(analysis: Analysis) -> Figure:
 
 
 def tracked_1x(analysis: Analysis) -> xr.Dataset:
-    """Return 1X of all ends as it was tracked.
+    """Return the tracked 1X of all ends.
 
     Raises
     ------
     InputError
-        If 1X was not tracked (without a keyphasor there is no phase), or if the speed changes by less than a window tells
-        apart: what such a plot shows is the noise of one speed.
+        If 1X was not tracked (without a keyphasor there is no phase), or if the speed changes by less than the resolution of a
+        window: such a plot would show the noise at one speed.
     """
     tracks = analysis.tracks
     if tracks is None:
@@ -104,12 +104,12 @@ def tracked_1x(analysis: Analysis) -> xr.Dataset:
 
 
 def has_polar(first: xr.Dataset) -> bool:
-    """Whether the forward circle of 1X stands out of the noise at an end, so that a polar plot shows it."""
+    """Whether the forward circle of 1X exceeds the noise at any end, so that a polar plot is useful."""
     return bool((_clear(first).sum("time") >= _FEWEST).any())
 
 
 def _clear(first: xr.Dataset) -> xr.DataArray:
-    """Where the forward circle stands out of the noise."""
+    """Return where the forward circle exceeds the noise."""
     return first.forward > _SEEN * first.forward_sigma
 
 
@@ -152,7 +152,7 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
         say(ax, "1X does not stand out of the noise")
         return
     x, y = value * np.cos(lag) * UM, -value * np.sin(lag) * UM
-    # not left out: where a swing crosses 1X it is the greatest of all, and the least certain
+    # insignificant values are drawn too: where a swing crosses 1X the circle is greatest and least certain
     ax.plot(x, y, ".-", color=MEASURED, markersize=2.5, linewidth=0.5, label="below 3 standard deviations")
     ax.plot(np.where(clear, x, np.nan), np.where(clear, y, np.nan), ".-", color=GREEN, markersize=2.5, linewidth=0.6,
             label="forward circle")  # fmt: skip
@@ -165,7 +165,7 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
 
 
 def _name_speeds(ax: Axes, x: np.ndarray, y: np.ndarray, speed: np.ndarray, clear: np.ndarray) -> None:
-    """Name the speed of the greatest circle of all and of the clear ones, and round speeds that stand apart and have room."""
+    """Label the speeds of the greatest circle and of the greatest significant one, and round speeds if there is room."""
     size = np.hypot(x, y)
     greatest = int(np.nanargmax(size))
     known = np.isfinite(size)

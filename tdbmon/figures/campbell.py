@@ -1,4 +1,4 @@
-"""Campbell diagram of the rotor at rest on its touchdown bearings, with the lines that the record showed."""
+"""Campbell diagram of the rotor at rest on its touchdown bearings, with the spectral lines found in the record."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @styled
 def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line]) -> Figure:
-    """Draw natural frequencies against speed with orders of rotation, and the measured lines over the speeds they were seen."""
+    """Draw natural frequencies against speed with orders of rotation, and measured lines over the speeds at which they appear."""
     figure = new_figure(92, "Rotor at rest on its calibrated touchdown bearings · gyroscopics at each speed · undamped")
     ax = subplots(figure, 1, 1, Margins(15, 12, 11, 22))[0, 0]
     speeds = found.speeds

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @styled
 def cascade(analysis: Analysis) -> Figure:
-    """Draw spectra against speed: orders are rays, lines of constant frequency stand upright.
+    """Draw spectra against speed: orders are rays, lines of constant frequency are vertical.
 
     Raises
     ------
@@ -29,12 +29,12 @@ def cascade(analysis: Analysis) -> Figure:
     from tdbmon.analysis.spectrum import cascade as against_speed
 
     of_time = slowing_spectra(analysis)
-    # steps wide enough that the slowing rotor jumps over none
+    # speed steps wide enough that the decelerating rotor skips none
     at = np.interp(of_time.time.to_numpy(), analysis.speed_time, analysis.speed_hz)
     widest = max(float(np.max(np.abs(np.diff(at)), initial=0.0)), float(at.max()) / 100)
     spectra = against_speed(of_time, analysis.speed_time, analysis.speed_hz, widest)
     step, found = spectra.attrs["speed_step_hz"], spectra.speed.to_numpy()
-    # steps that the speed jumped over stay empty
+    # speed steps without a spectrum stay empty
     speed = found[0] + step * np.arange(round((found[-1] - found[0]) / step) + 1)
     spectra = spectra.reindex(speed=speed, method="nearest", tolerance=step / 4)
     levels = "speed [Hz]", *edges(speed, step)
@@ -42,12 +42,12 @@ def cascade(analysis: Analysis) -> Figure:
 
 
 def slowing_spectra(analysis: Analysis) -> xr.Dataset:
-    """Return the spectra against time of a rotor that slows by as much as they tell apart.
+    """Return the spectra against time, provided that the speed changes by at least their frequency resolution.
 
     Raises
     ------
     InputError
-        As `spectra_of`; or if the record holds no speed, the rotor stands still, or no order moves by the width of a line.
+        As `spectra_of`; or if there is no speed, the rotor stands still, or the speed changes by less than the noise bandwidth.
     """
     spectra = spectra_of(analysis)
     if not analysis.has_speed:

@@ -1,4 +1,4 @@
-"""The shaft centreline: the mean position, from levitation through the run-down to rest, in the clearance."""
+"""The shaft centreline: the levitated position, and the mean position in the clearance from the release to rest."""
 
 from __future__ import annotations
 
@@ -38,16 +38,16 @@ Course = tuple[np.ndarray, np.ndarray]  # middle times, s, and mean positions, �
 Courses = dict[str, Course]
 
 _WINDOW_S = 0.2
-_LEAST_S = 2 * _WINDOW_S  # after the release, that a course takes
+_LEAST_S = 2 * _WINDOW_S  # least time after the release for a course
 _POINTS = 400
-_FEWEST = 2  # settled positions that show a course
+_FEWEST = 2  # least settled positions for a course
 
 
 @styled
 def centreline(analysis: Analysis) -> Figure:
     """Draw mean positions over windows, coloured by speed: in the clearance circle above, magnified below.
 
-    Ends without a course are left out, and the lower row where no end is on its circle for long enough.
+    Ends without a course are left out, and the lower row if no end is settled for long enough.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def centreline(analysis: Analysis) -> Figure:
 
 
 def turns(analysis: Analysis) -> bool:
-    """Whether the record has a speed that tells positions apart: else they are coloured by the time."""
+    """Whether the rotor turns with known speed; else positions are coloured by time."""
     return analysis.has_speed and bool((analysis.speed_hz > 0).any())
 
 
@@ -81,7 +81,7 @@ def any_settled(analysis: Analysis, courses: Courses) -> bool:
 
 
 def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
-    """The clearance circle with all positions."""
+    """Draw the clearance circle with all positions."""
     ax.set_title(f"{end}: clearance")
     orbit_axes(ax)
     centre, radius = _clearance(ax, analysis, end)
@@ -94,7 +94,7 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
 
 
 def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
-    """The settled positions alone."""
+    """Draw the settled positions alone."""
     ax.set_title(f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
     orbit_axes(ax)
     time, mean = course
@@ -124,9 +124,9 @@ def _scatter(ax: Axes, analysis: Analysis, time: np.ndarray, mean: np.ndarray, s
 
 
 def courses_of(analysis: Analysis) -> Courses:
-    """Middle times (n,), s, and mean positions (n, 2), µm, of each end with a circle, from the release on.
+    """Return centre times (n,), s, and mean positions (n, 2), µm, of each end with a circle, from the release on.
 
-    Of the windows without a missing sample, thinned.
+    Only windows without missing samples are used, thinned.
 
     Raises
     ------
@@ -149,7 +149,7 @@ def courses_of(analysis: Analysis) -> Courses:
 
 
 def _settled(analysis: Analysis, end: str, time: np.ndarray) -> np.ndarray:
-    """Which windows lie wholly after the last bounce."""
+    """Return a mask of the windows that lie wholly after the last bounce."""
     gap = analysis.ends[end].gap
     return np.zeros(len(time), bool) if gap is None else time - _WINDOW_S / 2 >= gap.settled_from
 

@@ -1,4 +1,4 @@
-"""How speed and motion die out over a whole coast-down, measured and simulated."""
+"""Decay of speed and motion over a whole coast-down, measured and simulated."""
 
 from __future__ import annotations
 
@@ -30,14 +30,14 @@ Array = NDArray[np.float64]
 _USUAL_PERCENT = -5.0, 25.0  # of the measured speed
 _MEASURED: dict[str, Any] = {"color": MEASURED, "linewidth": 2.4, "label": "measured"}
 _SIMULATED: dict[str, Any] = {"color": VERMILION, "linewidth": 0.9, "label": "simulated"}
-_LEAST_HZ = 1e-3  # on a logarithmic axis: less is standstill
+_LEAST_HZ = 1e-3  # least speed on a logarithmic axis: below is standstill
 
 
 @styled
 def coast_down(course: Course, runout: str) -> Figure:
-    """Draw speed, its difference, and the rms of x and y of each end, in windows of a second.
+    """Draw measured and simulated speed, their difference, and the rms of x and y of each end, in windows of one second.
 
-    `runout` says what became of it in both records.
+    `runout` states whether run-out is compensated in both records.
     """
     ends = list(course.measured_rms)
     figure = new_figure(74 + 30 * len(ends), f"Mean and rms over windows of 1 s · displacement not filtered, {runout}")
@@ -70,7 +70,7 @@ def coast_down(course: Course, runout: str) -> Figure:
 
 
 def _speeds(ax: Axes, course: Course, title: str, least: float = -np.inf) -> None:
-    """Draw both speeds, as far as they are no less than some speed, Hz."""
+    """Draw both speeds where they are at least `least`, Hz."""
     for speed, look in ((course.measured_speed, _MEASURED), (course.simulated_speed, _SIMULATED)):
         ax.plot(course.time, np.where(speed >= least, speed, np.nan), **look)
     ax.set_title(title)
@@ -83,7 +83,7 @@ def _error(ax: Axes, course: Course, error: Array, unit: str) -> None:
 
 
 def _percent_shown(course: Course, left: Array) -> tuple[float, float]:
-    """Return the limits of the speed error in percent: all of it where the rotor still turns well, and no less than usual."""
+    """Return the axis limits of the speed error, %: the usual ones, extended to the errors while the rotor still turns."""
     turning = left[course.turning & np.isfinite(left)]
     low, high = _USUAL_PERCENT
     return min(low, 1.1 * float(turning.min(initial=0.0))), max(high, 1.1 * float(turning.max(initial=0.0)))

@@ -35,7 +35,7 @@ _ORDERS = (1.0, 2.0)
 
 @styled
 def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figure:
-    """Draw the greater circle of 1X and 2X against speed, an end a column."""
+    """Draw the greater of forward and backward circle of 1X and 2X against speed, one column per end."""
     ends = list(whole.measured.ends)
     runout = runout_words(whole.measured.checks)
     figure = new_figure(96, f"Greater of forward and backward circle, tracked over shaft angle · {runout}")

@@ -1,4 +1,4 @@
-"""Waterfalls of a whole coast-down, measured beside simulated, with one scale of colours."""
+"""Waterfalls of a whole coast-down, measured beside simulated, with a common colour scale."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @styled
 def coast_down_waterfalls(whole: CoastDown) -> Figure:
-    """Draw y and x, each the greater of both ends, with order lines of each record's own speed."""
+    """Draw y and x, each as the maximum of both ends, with order lines from each record's own speed."""
     runout = runout_words(whole.measured.checks)
     figure = new_figure(118, f"Greater of both ends at each frequency and time · not filtered, {runout}")
     axes = subplots(figure, 2, 2, Margins(12, 21, 11, 10, across=6, down=8), sharex=True, sharey=True)

@@ -1,4 +1,4 @@
-"""Critical speed map: natural frequencies against support stiffness, with the measured lines of constant frequency beside."""
+"""Critical speed map: natural frequencies against support stiffness, beside the measured lines of constant frequency."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
     from tdbmon.identify.natural_frequencies import NaturalFrequencies
 
-_BEYOND = 1.1  # times the highest natural frequency of the machine, shown
-# of a name about its line, at the right edge and at the left
+_BEYOND = 1.1  # top of the frequency axis, times the machine's highest natural frequency
+# candidate label offsets about a line, at the right edge and at the left
 _ABOUT = [((x, y), ha, va) for x, ha in ((-2.0, "right"), (2.0, "left")) for y, va in ((1.5, "bottom"), (-1.5, "top"))]
 COLOUR = {"sideways": BLUE, "up and down": VERMILION}
 
 
 @styled
 def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line]) -> Figure:
-    """Draw the map (left) and the record's spectra against time (right) over one axis of frequency.
+    """Draw the map (left) and the record's spectra against time (right) with a common frequency axis.
 
     `lines` of constant frequency are drawn through both.
     """
@@ -69,7 +69,7 @@ def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Seq
 
 
 def by_direction(modes: RestingModes, k: int) -> dict[str, np.ndarray]:
-    """Return a natural frequency, Hz, where its mode is one sideways, and where it is one up and down; NaN elsewhere."""
+    """Return the k-th natural frequency, Hz, split into its sideways and its up-and-down parts; NaN elsewhere."""
     sideways = modes.sideways[:, k] > 0.5
     frequency = modes.frequencies[:, k]
     return {

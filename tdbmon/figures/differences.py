@@ -1,4 +1,4 @@
-"""A forest plot: the difference of a drop from those before, each quantity in its own standard error."""
+"""Forest plot of the differences of a drop from the earlier ones, each quantity in units of its standard error."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from tdbmon.figures.style import BLUE, GREY, LIGHT, VERMILION, Margins, new_figu
 if TYPE_CHECKING:
     from tdbmon.history.compare import Comparison
 
-# standard errors: the axis is logarithmic beyond, so that what changed shows its size and the rest its place
+# standard errors: the axis is logarithmic beyond, so that large changes fit and small differences stay readable
 _LINEAR = 5.0
 _TICKS = (2, 4, 10, 20, 50, 100, 200, 500, 1000, 10_000, 100_000)
 _ROW_MM = 4.4
-_LEFT_MM = 68.0  # for the quantities, or more where ends have long names
+_LEFT_MM = 68.0  # for the names of the quantities; more if ends have long names
 _TYPE = 6.5
 
 
 @styled
 def differences(comparison: Comparison) -> Figure:
-    """Draw the differences with their 95 % intervals, in standard errors of a new drop like those before; what changed on top."""
+    """Draw the differences with 95 % intervals, in standard errors of a new drop like the earlier ones; flagged ones on top."""
     judged = (c for c in comparison.changes if c.kind.judged and not c.flag)
     shown, scaled = [], []
     for change in (*comparison.flagged, *judged):
@@ -54,7 +54,7 @@ def differences(comparison: Comparison) -> Figure:
 
 
 def _left(figure: Figure, shown: list[str]) -> float:
-    """Return the room that the names of the quantities need, mm."""
+    """Return the left margin needed by the names of the quantities, mm."""
     written = figure.text(0, 0, "\n".join(shown), fontsize=_TYPE)
     width = float(written.get_window_extent().width) / figure.dpi * 25.4
     written.remove()

@@ -1,4 +1,4 @@
-"""Displacement at both ends as measured and as simulated, with what is left: as far as was fitted, and on from there."""
+"""Measured and simulated displacement at both ends with their residual, over the fitted interval and beyond."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _ROW_MM = 27
 
 @styled
 def displacements_against_simulated(found: Agreement) -> Figure:
-    """Draw x and y of each end, a pair of rows each: displacement above, measured less simulated below.
+    """Draw x and y of each end, in a pair of rows each: displacement above, measured minus simulated below.
 
-    The left column ends where the fit ended, the right one shows all that was simulated.
+    The left column covers the fitted interval, the right one the whole simulation.
     """
     where = plane_words({end: each.plane for end, each in found.ends.items()})
     note = (

@@ -1,4 +1,4 @@
-"""Thinning a long signal to what a screen can show, without losing a peak: the least and the largest of each bin."""
+"""Decimation of a long signal for display without losing peaks: minimum and maximum of each bin."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from tdbmon.analysis.unbroken import pieces
 
 
 def envelope(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return least and largest value of nearly equal bins of consecutive samples, each (bins,).
+    """Return minimum and maximum of nearly equal bins of consecutive samples, each (bins,).
 
     Parameters
     ----------
     values : ndarray (n,)
-        NaN counts as no value; a bin of nothing else is NaN.
+        NaN values are ignored; a bin of NaN only is NaN.
     bins : int
         At most n.
     """
@@ -22,9 +22,9 @@ def envelope(values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def envelope_line(time: np.ndarray, values: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return a line through least and largest value of each bin; the signal itself where it has at most 2 * bins samples.
+    """Return a line through minimum and maximum of each bin; the signal itself if it has at most 2 * bins samples.
 
-    A hole in the time axis breaks the line: there is NaN, and no bin spans it.
+    A gap in the time axis breaks the line by a NaN, and no bin spans it.
     """
     whole = pieces(time)
     if len(whole) == 1:

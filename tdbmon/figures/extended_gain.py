@@ -1,4 +1,4 @@
-"""What plain and extended model leave of a drop that took no part in the fit, against the noise."""
+"""Residuals of plain and extended model on a held-out drop, compared with the noise."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 @styled
 def extended_gain(proof: HeldOut) -> Figure:
-    """Draw three bars: plain, extended, noise."""
+    """Draw three bars: residual of the plain model, of the extended model, and the noise."""
     figure = new_figure(48, f"{proof.drop} · {proof.judge}, measured less simulated")
     ax = subplots(figure, 1, 1, Margins(30, 24, 8, 11))[0, 0]
     bars = (

@@ -1,4 +1,4 @@
-"""The settled orbit three ways: not filtered, its 1X alone, and averaged over revolutions."""
+"""The settled orbit unfiltered, filtered to 1X, and averaged over revolutions."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _MOST, _FEWEST = 16, 8  # revolutions
-_SEEN = 3.0  # standard deviations by which 1X stands out
-_DENSE = 500  # samples, beyond which the line is drawn as an image
+_SEEN = 3.0  # standard deviations above which 1X is significant
+_DENSE = 500  # samples, above which the line is rasterised
 _PANEL_MM, _DOWN_MM = 38.0, 19.0
 
 
 @dataclass(frozen=True)
 class Stretch:
-    """Whole revolutions of a settled shaft: the first `revolutions` from the first pulse after `start` (s) on."""
+    """A stretch of whole revolutions of the settled shaft: `revolutions` of them, from the first pulse after `start` (s)."""
 
     planes: xr.Dataset
     angle: np.ndarray
@@ -51,9 +51,9 @@ class Stretch:
 
 @styled
 def filtered_orbit(analysis: Analysis) -> Figure:
-    """Draw the first whole revolutions after settling, an end a row: not filtered, 1X filtered, and averaged.
+    """Draw the first whole revolutions after settling, one row per end: unfiltered, 1X filtered, and averaged.
 
-    All ends show the same stretch (`settled_stretch`); small orbits are magnified and say so.
+    All ends show the same stretch (`settled_stretch`); small orbits are magnified and marked so.
 
     Raises
     ------
@@ -80,12 +80,12 @@ def filtered_orbit(analysis: Analysis) -> Figure:
 
 
 def settled_stretch(analysis: Analysis) -> Stretch:
-    """Return up to 16 revolutions from when the last of the ends that settle has settled.
+    """Return up to 16 revolutions after all ends with a clearance circle have settled.
 
     Raises
     ------
     InputError
-        If the shaft angle is not known, no end settles, or the angle is known for fewer than 8 whole revolutions on end.
+        If the shaft angle is not known, no end settles, or the angle is known for fewer than 8 consecutive whole revolutions.
     """
     planes, angle = analysis.planes, analysis.angle
     if planes is None or angle is None:
@@ -108,13 +108,13 @@ def settled_stretch(analysis: Analysis) -> Stretch:
 
 
 def telling_stretch(analysis: Analysis) -> Stretch:
-    """Return the settled stretch whose filtered orbits show the shaft's own.
+    """Return the settled stretch, provided that 1X is significant in it.
 
     Raises
     ------
     InputError
-        As `settled_stretch`; or if at no end 1X stands out of what a swing that is not locked to the shaft leaves of itself
-        in so few revolutions.
+        As `settled_stretch`; or if 1X at no end exceeds the remainder of the swing, which is not locked to the shaft and does
+        not average out in so few revolutions.
     """
     stretch = settled_stretch(analysis)
     cuts = [
@@ -142,7 +142,7 @@ def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
         say(ax, "samples are missing\nin this stretch")
         return
     pulses = cut.keyphasor.to_numpy()
-    if cut.attrs["kind"] == "1X":  # every revolution is the same; the average is not closed, for it need not close
+    if cut.attrs["kind"] == "1X":  # all revolutions are equal; the average need not close and is left open
         pulses = pulses[:1]
         xy = np.column_stack([xy[:, : cut.keyphasor.to_numpy()[1]], xy[:, 0]])
     ax.plot(*xy, color=BLUE, linewidth=0.6, label="orbit", rasterized=xy.shape[1] > _DENSE)

@@ -1,4 +1,4 @@
-"""The first contact of each end, seen along its own direction, with everything that is read off it."""
+"""The first contact of each end: displacement along its direction, with the quantities derived from it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ _AFTER_S = 0.008  # shown after the lift-off
 
 @styled
 def first_contact(analysis: Analysis) -> Figure:
-    """Draw displacement along the first contact's direction against time, an end a panel.
+    """Draw displacement along the first contact's direction against time, one panel per end.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def first_contact(analysis: Analysis) -> Figure:
 
 
 def touched_ends(analysis: Analysis) -> list[str]:
-    """Ends whose first contact is known."""
+    """Return the ends whose first contact is known."""
     return [
         end
         for end in circled_ends(analysis)
@@ -105,7 +105,7 @@ def _panel(ax: Axes, analysis: Analysis, end: str) -> None:
 
 
 def _fall(ax: Axes, analysis: Analysis, end: str, direction: np.ndarray, touch: float, origin: float) -> None:
-    """Free fall from the state at the release: a parabola that nothing was fitted to."""
+    """Draw the free fall from the state at the release, a parabola that is not fitted to the contact."""
     if analysis.release is None or end not in analysis.release.states:
         return
     state = analysis.release.states[end]
@@ -121,7 +121,7 @@ def _fall(ax: Axes, analysis: Analysis, end: str, direction: np.ndarray, touch: 
 
 
 def _half_sine(ax: Axes, first: FirstContact, t: np.ndarray, along: np.ndarray, rest: float, origin: float) -> None:
-    """Half a period about the radius at rest between t1 and t2: what the single-mass stiffness assumes."""
+    """Draw a half sine about the radius at rest between t1 and t2, as assumed by the single-mass stiffness."""
     t1, t2 = first.static_in.value, first.static_out.value
     if t1 is None or t2 is None or t2 <= t1:
         return
@@ -136,7 +136,7 @@ def _half_sine(ax: Axes, first: FirstContact, t: np.ndarray, along: np.ndarray, 
 
 
 def _instants(ax: Axes, first: FirstContact, touching: float, rest: float, origin: float) -> None:
-    """Touch and lift-off on the touching radius, t1 and t2 on the radius at rest, with their intervals."""
+    """Mark touch and lift-off on the touching radius, t1 and t2 on the radius at rest, with their intervals."""
     touch, t1, t2 = first.touch, first.static_in, first.static_out
     marks = [(touch, touching, "o", VERMILION, "touch, lift-off")]
     if first.duration.value is not None and touch.value is not None:

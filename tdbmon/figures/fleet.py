@@ -37,12 +37,12 @@ if TYPE_CHECKING:
     from tdbmon.estimate import Estimate
     from tdbmon.history.fleet import Member
 
-    Gaps = dict[str, list[tuple[int, Estimate]]]  # by the end, its radius over the drops
+    Gaps = dict[str, list[tuple[int, Estimate]]]  # for each end, its radius at rest over the drops
 
 _COLUMNS = 4
 _ROW_MM = 37
 _SHOWN = 24
-_LETTERS = 30  # of a line above a panel
+_LETTERS = 30  # per line of a panel's title
 _EDGE = {
     "inspect": (VERMILION, 2.0),
     "changed": (VERMILION, 1.2),
@@ -55,8 +55,8 @@ _STYLES = (
     (GREEN, "s"),
     (PURPLE, "^"),
     (SKY, "D"),
-)  # of the ends; the frame of an alarm has its own colour
-_NEAR = 1.6  # times the scale of the data: a limit up to there is drawn in it
+)  # of the ends; the frame of a panel has the colour of the verdict
+_NEAR = 1.6  # times the scale of the data: a limit up to there extends the scale
 
 
 @styled
@@ -70,7 +70,7 @@ def fleet(members: list[Member]) -> Figure:
     of_all = [member.gaps() for member in shown]
     limits = [_limit_of(member, gaps) for member, gaps in zip(shown, of_all, strict=True)]
     reach = _reach(of_all, limits)
-    # an end looks the same on all machines that call it so: they share one legend
+    # ends with the same name have the same style on all machines, since these share one legend
     ends_of_all = list(dict.fromkeys(end for gaps in of_all for end in gaps))
     style = {end: _STYLES[k % len(_STYLES)] for k, end in enumerate(ends_of_all)}
     for i, (ax, member, every, limit) in enumerate(zip(axes.flat, shown, of_all, limits, strict=False)):
@@ -105,7 +105,7 @@ def fleet(members: list[Member]) -> Figure:
 
 
 def _draw_limit(ax: Axes, level: float, end: str, reach: float) -> None:
-    """Draw the limit of growth of an end, or say that it lies above the scale."""
+    """Draw the growth limit of an end, or a note that it lies above the scale."""
     words = f"limit {end} {level:+.0f} µm"
     if level > reach:
         ax.annotate(f"{words}: above", (0.98, 0.97), xycoords="axes fraction", ha="right", va="top", fontsize=5)
@@ -118,7 +118,7 @@ def _draw_limit(ax: Axes, level: float, end: str, reach: float) -> None:
 
 
 def _limit_of(member: Member, gaps: Gaps) -> tuple[float, str] | None:
-    """Return where the end that comes to its limit of growth first is at it, µm above its first radius, and its name."""
+    """Return the least growth limit of any end, µm above its first radius, and the name of that end; None without one."""
     first = {end: series[0][1].value or 0.0 for end, series in gaps.items() if series}
     return min(
         (((level - first[end]) * UM, end) for end, level in member.gap_limits.items() if end in first), default=None
@@ -126,7 +126,7 @@ def _limit_of(member: Member, gaps: Gaps) -> tuple[float, str] | None:
 
 
 def _reach(of_all: list[Gaps], limits: list[tuple[float, str] | None]) -> float:
-    """Half-height of all panels, µm: that of the data, or of the limits where these are near."""
+    """Return the half-height of all panels, µm, from the data, and from the limits if these are near."""
     found = [5.0]
     for series in (series for gaps in of_all for series in gaps.values() if series):
         first = series[0][1].value or 0.0
@@ -137,6 +137,6 @@ def _reach(of_all: list[Gaps], limits: list[tuple[float, str] | None]) -> float:
 
 
 def _wrapped(name: str) -> str:
-    """A name in two lines above a panel; of a longer one its beginning and its end, in which machines of one kind differ."""
+    """Return a name wrapped to two lines; of a longer one beginning and end, since similar machines differ at the end."""
     lines = textwrap.wrap(name, _LETTERS)
     return "\n".join(lines) if len(lines) <= 2 else f"{lines[0]}\n…{name[1 - _LETTERS :]}"

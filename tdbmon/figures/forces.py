@@ -1,4 +1,4 @@
-"""The force on each touchdown bearing against time, from the fitted model, with its 95 % band."""
+"""Normal force on each touchdown bearing against time, from the fitted model, with its 95 % band."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @styled
 def forces(drop: DropForces) -> Figure:
-    """Draw the normal force at each end from the release on, as long as the ensembles stay together."""
+    """Draw the normal force at each end from the release until the members of the ensemble diverge."""
     note = f"Normal force of rotor on inner ring · fitted simulation, ensemble of {drop.members} · not measured"
     figure = new_figure(90, note)
     axes = subplots(figure, len(drop.ends), 1, Margins(17, 3, 11, 20, down=5), sharex=True)[:, 0]
@@ -35,7 +35,7 @@ def forces(drop: DropForces) -> Figure:
             ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
         ax.set_ylim(bottom=0)
     axes[-1].set_xlabel("time from the release [ms]")
-    # a little beyond where the later one parts: nothing is drawn there
+    # a little beyond the later divergence: nothing is drawn after it
     parted = max(end.history.parted for end in drop.ends.values())
     axes[-1].set_xlim(0, min(drop.seconds, 1.05 * parted) * 1e3)
     legend_below(figure)

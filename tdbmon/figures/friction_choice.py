@@ -1,4 +1,4 @@
-"""How near simulated orbits come to the measured ones as the friction is varied, and where least squares has it."""
+"""Distance between simulated and measured orbits as the friction is varied, with the least-squares value."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tdbmon.figures.style import BLACK, BLUE, GREY, SKY, UM, Margins, legend_bel
 if TYPE_CHECKING:
     from tdbmon.identify.friction_choice import FrictionChoice
 
-_LEAST = 0.05  # of the measured excursion, shown to either side
+_LEAST = 0.05  # of the measured excursion: least range shown to either side
 
 
 @styled
 def friction_choice(found: FrictionChoice) -> Figure:
-    """Draw distance of the orbits (above) and deepest excursion (below) against the coefficient, an end a column."""
+    """Draw distance of the orbits (above) and deepest excursion (below) against the friction coefficient, one column per end."""
     note = f"One coefficient for both ends, all else as fitted · the first {found.seconds * 1e3:.0f} ms"
     figure = new_figure(112, note)
     ends = list(found.distance)

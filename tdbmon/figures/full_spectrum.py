@@ -1,4 +1,4 @@
-"""Full spectra: how much of each frequency whirls with the rotation (right) and how much against it (left)."""
+"""Full spectra: amplitude of forward (right) and backward (left) whirl against frequency."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 _LONGEST_S = 1.0
 _LEAST_S = 0.04
-_SHARES = (0.03, 0.14, 0.25)  # of the height, below which an order's name may begin
+_SHARES = (0.03, 0.14, 0.25)  # of the height: candidate distances of an order's label from the top
 _NAME: dict[str, Any] = {
     "color": GREY, "fontsize": 6.0,
     "bbox": {"facecolor": "white", "edgecolor": "none", "alpha": 0.8, "pad": 0.4},
@@ -29,7 +29,7 @@ _NAME: dict[str, Any] = {
 
 @styled
 def full_spectrum(analysis: Analysis) -> Figure:
-    """Draw the full spectrum of each end in the stretches that the record holds.
+    """Draw the full spectrum of each end in stretches of the record's phases.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def full_spectrum(analysis: Analysis) -> Figure:
     known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)
     figure = new_figure(20 + 34 * len(stretches), note)
-    # between columns as wide as 1000 and −1000 need it
+    # space between columns for the tick labels 1000 and −1000
     margins = Margins(18, 4, 11, 10, across=8, down=8)
     axes = subplots(figure, len(stretches), len(ends), margins, sharex=True, sharey="row")
     for row, (name, start, stop) in enumerate(stretches):
@@ -65,13 +65,13 @@ def full_spectrum(analysis: Analysis) -> Figure:
 
 
 def _stretches(analysis: Analysis) -> list[tuple[str, float, float]]:
-    """Name, start and end of the stretches to draw, s: at most one second at the beginning of each phase."""
+    """Return name, start and end (s) of the stretches to draw: at most one second at the beginning of each phase."""
     planes = analysis.planes
     if planes is None:
         return []
     found = []
     for phase in analysis.phases:
-        # the fall is shorter than anything that a spectrum could tell apart
+        # the fall is too short for a spectrum to resolve anything
         if phase.name in ("fall", "rest", "levitated again") or phase.end - phase.start < _LEAST_S:
             continue
         start = phase.start
@@ -84,7 +84,7 @@ def _stretches(analysis: Analysis) -> list[tuple[str, float, float]]:
 
 
 def _spectra(planes: xr.Dataset, ends: list[str], start: float, stop: float, sense: int) -> xr.Dataset:
-    """Full spectra of one stretch, one window long."""
+    """Return the full spectra of one stretch, with a single window."""
     from tdbmon.analysis.spectrum import full_spectrum as transform
 
     part = planes.sel(end=ends, time=slice(start, stop))
@@ -111,12 +111,12 @@ def _orders(ax: Axes, analysis: Analysis, at: float, step: float, top: float) ->
     if not analysis.has_speed:
         return
     speed = float(np.interp(at, analysis.speed_time, analysis.speed_hz))
-    if speed < step:  # the spectrum does not tell them apart, nor a shaft that stands
+    if speed < step:  # orders closer than the resolution, or standstill
         return
     lines = [(order, side * order * speed) for order in (1, 2, 3) for side in (1, -1) if order * speed < 0.95 * top]
     for _, hz in lines:
         ax.axvline(hz, color=GREY, linewidth=0.5, linestyle=(0, (2, 2)), zorder=0)
-    labels = Labels(ax, _NAME, must=False)  # of a shaft that hardly turns all orders are one line
+    labels = Labels(ax, _NAME, must=False)  # at very low speed all orders coincide
     low, high = ax.get_ylim()
     for order, hz in lines:
         places = [Place(hz, high - share * (high - low), (1.0, 0.0), va="top") for share in _SHARES]

@@ -1,4 +1,4 @@
-"""The gap map: settled positions, the clearance circle fitted to them, and how far they lie off it."""
+"""Gap map: settled positions, the clearance circle fitted to them, and their residuals."""
 
 from __future__ import annotations
 
@@ -34,9 +34,9 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BIN_DEG = 2.0
-# positions of a bin with a bar, at least, and as a share of all: the 95 % range of fewer is one or two of them
+# least positions in a bin with a bar, absolute and as a share of all: the 95 % range of fewer rests on one or two of them
 _LEAST, _SHARE = 20, 0.02
-MIDDLE = 0.99  # of the residuals, which the strip's scale holds: a few far off made the others a line
+MIDDLE = 0.99  # of the residuals lie within the scale of the residual plot: a few outliers would flatten all others
 
 
 @styled
@@ -92,16 +92,16 @@ def _plan(ax: Axes, analysis: Analysis, end: str) -> None:
 
 @dataclass(frozen=True, eq=False)
 class ResidualRadius:
-    """How far the settled positions of an end lie off its fitted circle.
+    """Radial residuals of the settled positions of an end about its fitted circle.
 
     Attributes
     ----------
     angle : (n,) array
-        From the bottom, towards +x, degrees.
+        Angle from the bottom towards +x, degrees.
     residual : (n,) array
-        um, outwards.
+        Radial residual, um, positive outwards.
     bins : (4, b) array
-        Middle in degrees; median, 2.5 and 97.5 % of the residuals of each part of the arc with enough positions, um.
+        Centre in degrees; median, 2.5 and 97.5 % quantile of the residuals (um) of each angular bin with enough positions.
     """
 
     angle: np.ndarray
@@ -110,7 +110,7 @@ class ResidualRadius:
 
     @property
     def scale(self) -> tuple[float, float]:
-        """The ends of an axis that holds the middle share of the residuals and all bins, with some room beyond."""
+        """Axis limits that contain the central 99 % of the residuals and all bins, with a small margin."""
         tail = (1 - MIDDLE) / 2
         edges = np.concatenate([np.quantile(self.residual, [tail, 1 - tail]), *self.bins[2:]])
         room = 0.08 * float(np.ptp(edges)) + 1e-3
@@ -118,13 +118,13 @@ class ResidualRadius:
 
     @property
     def beyond(self) -> int:
-        """Number of positions that lie beyond that axis."""
+        """Number of positions beyond these limits."""
         low, high = self.scale
         return int(np.sum((self.residual < low) | (self.residual > high)))
 
 
 def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
-    """Return how far an end's settled positions lie off its circle; None without one."""
+    """Return the radial residuals of an end's settled positions about its circle; None without a circle."""
     gap = analysis.ends[end].gap
     if gap is None:
         return None
@@ -140,7 +140,7 @@ def residual_radius(analysis: Analysis, end: str) -> ResidualRadius | None:
 
 
 def _strip(ax: Axes, analysis: Analysis, end: str) -> None:
-    """Radius less the fitted one over the angle from the bottom: median and 95 % range a bin."""
+    """Draw the radius minus the fitted one against the angle from the bottom, with median and 95 % range of each bin."""
     ax.set_xlabel("angle from the bottom, towards +x [°]")
     ax.set_ylabel("residual radius [µm]")
     found, gap = residual_radius(analysis, end), analysis.ends[end].gap

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.transforms import Bbox
 
 _NEIGHBOUR = 2.0  # pixels kept free about a name
-# what it costs, in crossed lines, to cover another name or to leave the axes, and to stand at the next place
+# costs, in crossed lines, of covering another name or leaving the axes, and of each later candidate place
 _COVERED, _NEXT = 1000.0, 0.12
 
 

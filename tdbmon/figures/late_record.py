@@ -1,4 +1,4 @@
-"""The rest of the record after paths have parted: measured whirl and place, and those of many simulations."""
+"""The late record after trajectories have diverged: measured whirl and mean position, and those of many simulations."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def late_record(records: Sequence[LateRecord], shown: Sequence[int], probe: str)
     ----------
     records : sequence of LateRecord
     shown : sequence of int
-        Drops.
+        Indices of the drops to draw.
     probe : str
-        Whose mean readings are drawn; all of the drops have it.
+        Probe whose mean readings are drawn; all of these drops must have it.
     """
     figure = new_figure(96, "Means of 50 ms or three turns · 1X: root mean square over the probes")
     axes = subplots(figure, 2, len(shown), Margins(17, 3, 13, 20, across=4, down=4), sharex=True, sharey="row")

@@ -1,4 +1,4 @@
-"""The main quantities of a machine over all its drops, a colour for each class of speed."""
+"""The main quantities of a machine over all its drops, with a colour for each speed class."""
 
 from __future__ import annotations
 
@@ -35,17 +35,17 @@ if TYPE_CHECKING:
     from tdbmon.history.machine_history import Course, MachineHistory
 
 _SHOWN = 8
-_NAMED = 10  # drops along an axis
-_MOST = 16  # of the flagged ones, for a page
+_NAMED = 10  # most drops labelled along an axis
+_MOST = 16  # most panels on a page
 _FIRST = ("gap_um", "fall_time_ms", "rebound_um", "v_rms", "stress_max_mpa", "stiffness_n_per_m", "decay_time_s")
 _COLOURS = (BLUE, VERMILION, GREEN, ORANGE, PURPLE, SKY, BLACK)
-_MARKERS = "osD^vPX*"  # one more, so that looks differ where colours come again
+_MARKERS = "osD^vPX*"  # one more than colours, so that styles differ when colours repeat
 _COLUMNS = 5  # of the legend
 
 
 @styled
 def machine_courses(history: MachineHistory) -> Figure:
-    """Draw what was flagged in any drop, and the usual quantities, over all drops of a machine."""
+    """Draw the quantities flagged in any drop, and the usual ones, over all drops of a machine."""
     flagged = history.flagged
     shown = shown_courses(history)
     rows = max(1, math.ceil(len(shown) / 2))
@@ -90,14 +90,14 @@ def machine_courses(history: MachineHistory) -> Figure:
 
 
 def shown_courses(history: MachineHistory) -> list[Course]:
-    """Return what is drawn: what was flagged in any drop, then the usual quantities."""
+    """Return the courses to draw: quantities flagged in any drop, then the usual ones."""
     flagged = history.flagged
     found = [c for c in history.courses if c.name in _FIRST or c.key in flagged]
     return sorted(found, key=lambda c: _rank(c, flagged))[: max(_SHOWN, len(flagged))][:_MOST]
 
 
 def _class_names(history: MachineHistory) -> dict[int, str]:
-    """Return each class of speed by its median speed."""
+    """Return the name of each speed class, by its median speed."""
     speeds: dict[int, list[float]] = {number: [] for number in sorted(set(history.classes))}
     for entry, number in zip(history.entries, history.classes, strict=True):
         speeds[number] += [] if entry.speed is None else [entry.speed]
@@ -109,6 +109,6 @@ def _class_name(speed: float) -> str:
 
 
 def _rank(course: Course, flagged: dict[Key, tuple[str, ...]]) -> tuple[int, int]:
-    """What was flagged comes first, the most often flagged at the top; then the usual quantities."""
+    """Return the sort key: quantities flagged most often first, then the usual ones in their order."""
     times = len(flagged.get(course.key, ()))
     return -times, _FIRST.index(course.name) if course.name in _FIRST else len(_FIRST)

@@ -1,4 +1,4 @@
-"""Readings of the probes against simulated ones, with what is left below each."""
+"""Measured against simulated probe readings, with the residual below each."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ _PROBE_MM = 27
 
 @styled
 def measured_against_simulated(models: Mapping[str, Sequence[LeftOver]], shown: Sequence[int]) -> Figure:
-    """Draw some drops side by side, a pair of rows a probe: readings above, measured less simulated below.
+    """Draw some drops side by side, a pair of rows per probe: readings above, measured minus simulated below.
 
     Parameters
     ----------
     models : mapping
-        By the model's name, what it leaves of every drop; two at most.
+        Residuals of every drop by the model's name; at most two models.
     shown : sequence of int
-        Drops.
+        Indices of the drops to draw.
     """
     first = next(iter(models.values()))
     names = list(dict.fromkeys(probe.name for drop in shown for probe in first[drop].probes))

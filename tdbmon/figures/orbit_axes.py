@@ -1,4 +1,4 @@
-"""Axes that show the shaft at one end as one looks at the machine: x right, y up, of one scale, in µm."""
+"""Axes for orbits at one end, as seen looking at the machine: x right, y up, equal scale, in µm."""
 
 from __future__ import annotations
 
@@ -18,30 +18,30 @@ _SMALL = 0.25  # of the clearance circle: a smaller orbit is drawn magnified
 
 
 def orbit_axes(ax: Axes) -> None:
-    """Name the axes and give both one scale."""
+    """Label the axes and set an equal scale."""
     ax.set_aspect("equal", adjustable="box")
     ax.set_xlabel(f"{AXIS_WORD['x']} [µm]")
     ax.set_ylabel(f"{AXIS_WORD['y']} [µm]")
 
 
 def show_about(ax: Axes, middle: np.ndarray | Sequence[float], reach: float) -> None:
-    """Show as much to all sides of a point."""
+    """Set the limits to `reach` on all sides of a point."""
     ax.set_xlim(middle[0] - reach, middle[0] + reach)
     ax.set_ylim(middle[1] - reach, middle[1] + reach)
 
 
 def circle(ax: Axes, centre: np.ndarray | Sequence[float], radius: float, **look: Any) -> None:
-    """Draw a circle, black and thin unless its look says otherwise."""
+    """Draw a circle, black and thin unless `look` says otherwise."""
     ax.add_patch(Circle((centre[0], centre[1]), radius, fill=False, **{"color": BLACK, "linewidth": 0.9, **look}))
 
 
 def keyphasor_dots(ax: Axes, xy: np.ndarray) -> None:
-    """Draw where the shaft was, (2, k), at the pulses of the keyphasor."""
+    """Draw a dot at each shaft position, (2, k), of a keyphasor pulse."""
     ax.plot(*xy, "o", color=PURPLE, markersize=3, markeredgecolor="white", markeredgewidth=0.4, label="keyphasor")
 
 
 def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
-    """Draw clearance circle and rotation arrow about an orbit, and set the limits; returns whether it is magnified."""
+    """Draw clearance circle and rotation arrow about an orbit and set the limits; return whether it is magnified."""
     gap = analysis.ends[end].gap
     centre = centre_of(analysis, end) * UM
     if gap is not None:
@@ -66,7 +66,7 @@ def frame_orbit(ax: Axes, analysis: Analysis, end: str, xy: np.ndarray) -> bool:
 
 
 def rotation_arrow(ax: Axes, sense: int, middle: np.ndarray | Sequence[float], reach: float) -> None:
-    """Draw an arc with an arrowhead, in the upper right of what is shown: which way the rotor turns."""
+    """Draw an arc with an arrowhead in the upper right, in the sense of rotation."""
     at, radius = np.asarray(middle) + 0.72 * reach, 0.16 * reach
     ax.add_patch(Arc((at[0], at[1]), 2 * radius, 2 * radius, theta1=-60, theta2=200, color=GREY, linewidth=1.1))
     tip = np.deg2rad(200.0 if sense > 0 else -60.0)

@@ -1,4 +1,4 @@
-"""The orbit of one end from the release to the late run-down, panel by panel."""
+"""Orbits of one end in successive panels from the release to the late run-down."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _PANELS = 6
-_PANEL_MM, _DOWN_MM = {1: 36.0, 2: 26.5}, 18.0  # of one row of panels, and of two
-_WHIRL_TURNS = 4  # of the longest whirl: more lie over each other
-_DENSE = 500  # samples, beyond which the line is drawn as an image
+_PANEL_MM, _DOWN_MM = {1: 36.0, 2: 26.5}, 18.0  # height of a panel for one and for two rows
+_WHIRL_TURNS = 4  # shown of the longest whirl: more would overlap
+_DENSE = 500  # samples, above which the line is rasterised
 
 
 @styled
 def orbit_sequence(analysis: Analysis, end: str) -> Figure:
-    """Draw six stretches of the orbit of an end with the clearance circle; small orbits are magnified and say so."""
+    """Draw up to six stretches of the orbit of an end with the clearance circle; small orbits are magnified and marked so."""
     spans = _spans(analysis, end)
-    # four panels stand two by two
+    # four panels form two rows of two
     columns = min(len(spans), 3) if len(spans) != 4 else 2
     rows = -(-len(spans) // columns)
     notes = ["not filtered"] if analysis.angle is not None else ["not filtered", "no keyphasor: no dots"]
@@ -53,7 +53,7 @@ def orbit_sequence(analysis: Analysis, end: str) -> Figure:
 
 
 def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
-    """Name, start and end of the stretches that the record holds, s."""
+    """Return name, start and end (s) of the stretches available in the record."""
     if analysis.planes is None:
         return []
     time = analysis.planes.time.to_numpy()
@@ -90,7 +90,7 @@ def _spans(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
 
 
 def _whirl_span(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
-    """A few turns out of the middle of the longest whirl of an end, where it whirls."""
+    """Return a few turns from the middle of the longest whirl of an end; an empty list without whirl."""
     longest = analysis.whirl[end].worst if end in analysis.whirl else None
     if longest is None:
         return []
@@ -100,7 +100,7 @@ def _whirl_span(analysis: Analysis, end: str) -> list[tuple[str, float, float]]:
 
 
 def _turns(analysis: Analysis, at: float) -> float:
-    """Time of three revolutions, s; zero where the speed is not known."""
+    """Return the time of three revolutions, s; zero if the speed is not known."""
     if not analysis.has_speed:
         return 0.0
     near = slice(*np.searchsorted(analysis.speed_time, [at - 0.1, at + 0.1]))
@@ -140,13 +140,13 @@ def time_span(start: float, stop: float) -> str:
 
 
 def _pulses(ax: Axes, analysis: Analysis, t: np.ndarray, xy: np.ndarray) -> bool:
-    """A dot where the keyphasor passed: the shaft's angle is that of its mark; False where its pulses are missing."""
+    """Draw a dot at each keyphasor pulse, where the shaft angle is that of its mark; return False if pulses are missing."""
     if analysis.angle is None or analysis.planes is None:
         return True
     mark = analysis.machine.keyphasor.angle if analysis.machine.keyphasor is not None else 0.0
     first = int(np.searchsorted(analysis.planes.time.to_numpy(), t[0]))
     turns = analysis.machine.sense * (analysis.angle[first : first + len(t)] - mark) / (2 * np.pi)
-    # the angle at a pulse is a whole number up to rounding, which must not decide on which side of it a sample lies
+    # turns at a pulse are whole up to rounding, which must not decide on which side of the pulse a sample lies
     whole = np.floor(turns + 1e-6)
     passed = np.flatnonzero(np.diff(whole) > 0)
     if passed.size:

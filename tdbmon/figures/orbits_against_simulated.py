@@ -1,4 +1,4 @@
-"""Orbits of both ends as measured and as simulated, as far as was fitted and on from there."""
+"""Measured and simulated orbits of both ends, over the fitted interval and beyond."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ _PANEL_MM = 62
 
 @styled
 def orbits_against_simulated(found: Agreement, sense: int, runout: str) -> Figure:
-    """Draw an end a row with the fitted clearance circle.
+    """Draw the orbits with the fitted clearance circle, one row per end.
 
-    `sense` is that of the rotation, +1 counter-clockwise; `runout` says what became of it (`tdbmon.record.slow_roll`).
+    `sense` is that of rotation, +1 counter-clockwise; `runout` states whether it is compensated (`tdbmon.record.slow_roll`).
     """
     note = f"Orbits from the fitted bearing centres · not filtered · circle: fitted radial gap · {runout}"
     figure = new_figure(24 + _PANEL_MM * len(found.ends), note)

@@ -1,4 +1,4 @@
-"""The missing force at both ends: against time, and against the place in the clearance."""
+"""Residual force at both ends, against time and against the position in the clearance."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from tdbmon.figures.style import (
 if TYPE_CHECKING:
     from tdbmon.diagnosis.residual_force import ResidualForce
 
-_ARROWS = 40  # at an end
+_ARROWS = 40  # most arrows at an end
 _COLUMNS = 4  # of the legend of drops
 
 
@@ -41,7 +41,7 @@ _COLUMNS = 4  # of the legend of drops
 def force_against_time(
     forces: Sequence[ResidualForce], ends: Sequence[str], speeds: Sequence[float], model: str
 ) -> Figure:
-    """Draw x and y of the force that a model lacks for some drops side by side; speeds in Hz."""
+    """Draw x and y of the residual force of a model for some drops side by side; speeds in Hz."""
     note = f"Force on the rotor that the {model} lacks · computed from displacement, not measured"
     figure = new_figure(28 + 23 * 2 * len(ends), note)
     axes = subplots(
@@ -79,7 +79,7 @@ def force_against_time(
 def force_against_place(
     forces: Sequence[ResidualForce], ends: Sequence[str], gaps: Sequence[float], speeds: Sequence[float]
 ) -> Figure:
-    """Draw the missing force of all drops where the shaft stood: as arrows, and against the angle.
+    """Draw the residual force of all drops at the shaft's positions, as arrows and against the angle.
 
     Parameters
     ----------
@@ -88,7 +88,7 @@ def force_against_place(
     gaps : sequence of float
         Fitted radial gap of each end, m.
     speeds : sequence of float
-        Of the drops, Hz.
+        Speeds of the drops, Hz.
     """
     note = "Every instant at which the missing force passes its 95 % band · angle from +x (right) towards +y (up)"
     more, drops = legend_room(len(forces), _COLUMNS, 3), short_names([each.drop for each in forces])
@@ -131,7 +131,7 @@ def force_against_place(
 
 
 def _arrows(ax: Axes, forces: Sequence[ResidualForce], end: int, scale: float, key: float) -> None:
-    """Draw the strongest missing forces as arrows, `scale` um a newton, and one of `key` newtons; more are a thicket."""
+    """Draw the 40 greatest residual forces as arrows, `scale` um per newton, and a key of `key` newtons; more would clutter."""
     out = [_beyond_band(each, end) for each in forces]
     place = np.concatenate([each.place[end, o] for each, o in zip(forces, out, strict=True)]) * UM
     force = np.concatenate([each.force[end, o] for each, o in zip(forces, out, strict=True)]) * scale
@@ -145,7 +145,7 @@ def _arrows(ax: Axes, forces: Sequence[ResidualForce], end: int, scale: float, k
 
 
 def _beyond_band(each: ResidualForce, end: int) -> np.ndarray:
-    """Return at which instants the missing force at an end passes its band."""
+    """Return a mask of the instants at which the residual force at an end exceeds its confidence band."""
     force, band = each.force[end], each.band[end]
     return np.asarray((np.abs(force.real) > band[0]) | (np.abs(force.imag) > band[1]))
 

@@ -1,4 +1,4 @@
-"""Where and when the residual stands out of the noise: a row a probe of a drop, time to the right."""
+"""Heat map of the residual relative to the noise: one row per probe and drop, against time."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 _BIN_S = 5e-4
 _ROW_MM = 3.2
-_LETTERS = 12  # of a probe's name
-_LEAST = 10.0  # times the noise, to which the colours reach at least
+_LETTERS = 12  # longest name of a probe
+_LEAST = 10.0  # least top of the colour scale, times the noise
 
 
 @styled
 def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
-    """Draw the whitened rms of every probe of every drop in bins of half a millisecond, a panel a model."""
+    """Draw the whitened rms of every probe of every drop in bins of half a millisecond, one panel per model."""
     drops = next(iter(models.values()))
     rows = sum(len(left.probes) for left in drops)
     note = "rms of the whitened residual, times the noise: 1 where nothing but noise is left · bins of 0.5 ms"
@@ -61,7 +61,7 @@ def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
 
 
 def _binned(left: LeftOver) -> tuple[np.ndarray, np.ndarray]:
-    """Return edges (b + 1,) in s, the release among them, and the rms in the bins, (probes, b); NaN where no sample is."""
+    """Return bin edges (b + 1,) in s, one of them the release, and the rms in the bins, (probes, b); NaN for empty bins."""
     begin = np.floor(left.time[0] / _BIN_S)
     bins = (np.floor(left.time / _BIN_S) - begin).astype(int)
     bins_of_all = int(bins[-1]) + 1

@@ -32,8 +32,8 @@ _COLUMNS = 4  # of the legend
 
 @styled
 def residual_spectrum(spectra: Sequence[Spectrum]) -> Figure:
-    """Draw what the plain model leaves of each drop, an end a row: a line of fixed frequency stands upright on the left,
-    one of fixed order on the right."""
+    """Draw spectra of the plain model's residual of each drop, one row per end: against frequency on the left, where peaks of
+    constant frequency coincide, and against order on the right, where those of constant order do."""
     ends = list(dict.fromkeys(each.end for each in spectra))
     widest = max(each.resolution for each in spectra)
     note = f"Measured less plain model, from the release on · Hann window · resolution {widest:.0f} Hz · 0-pk"

@@ -1,4 +1,4 @@
-"""How far shafts turned after paths have parted: measured less simulated angle."""
+"""Shaft angle after trajectories have diverged, measured minus simulated."""
 
 from __future__ import annotations
 
@@ -30,16 +30,16 @@ if TYPE_CHECKING:
 def slowing(
     models: Mapping[str, tuple[Factors, Sequence[Slowing]]], names: Sequence[str], shown: Sequence[int]
 ) -> Figure:
-    """Draw some drops side by side: what each model leaves of the shaft's angle.
+    """Draw the residual shaft angle of each model for some drops side by side.
 
     Parameters
     ----------
     models : mapping
-        By the model's name, the factors with which its simulated lag and drag count, and its drops; two at most.
+        By the model's name, the scale factors of its simulated lag and drag, and its drops; at most two models.
     names : sequence of str
-        Of all drops.
+        Names of all drops.
     shown : sequence of int
-        Drops.
+        Indices of the drops to draw.
     """
     figure = new_figure(
         62, "Keyphasor less simulated shaft angle, forward, means of 20 ms · grey: two standard deviations"

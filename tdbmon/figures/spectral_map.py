@@ -1,4 +1,4 @@
-"""Maps of spectra (frequency across, time or speed up) with order lines and lines of constant frequency drawn in."""
+"""Maps of spectra (frequency horizontal, time or speed vertical) with order lines and lines of constant frequency."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ if TYPE_CHECKING:
 ORDERS = (0.5, 1.0, 2.0, 3.0, 4.0)
 RANGE_DB = 100.0
 FLOOR_M = 1e-12
-LEAST_HZ = 100.0  # both swings on touchdown bearings lie below
-_DARK = 0.25  # of the colours, the lowest: what the eye takes for empty
-_BRIGHT = 0.98  # of all that is brighter
+LEAST_HZ = 100.0  # least frequency range: both swings on touchdown bearings lie below
+_DARK = 0.25  # lowest share of the colour scale, which looks empty
+_BRIGHT = 0.98  # share of the brighter content that must lie within the frequency range
 _INK: dict[str, Any] = {"color": "white", "linewidth": 0.6, "alpha": 0.9}
-_SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the height, below which a name may begin
-# names stand before the lines on a patch of the map's darkest colour
+_SHARES = (0.02, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)  # of the height: candidate distances of a label from the top
+# labels lie over the lines on a patch of the map's darkest colour
 _NAME: dict[str, Any] = {
     "color": "white", "fontsize": 6.0, "zorder": 5,
     "bbox": {"facecolor": "#440154", "edgecolor": "none", "alpha": 0.8, "pad": 0.6},
@@ -41,7 +41,7 @@ def spectra_of(analysis: Analysis) -> xr.Dataset:
     Raises
     ------
     InputError
-        If the record holds no displacement, or no stretch as long as a window that has all its samples.
+        If the record has no displacement, or no complete stretch as long as a window.
     """
     if analysis.planes is None:
         raise InputError("the record holds no displacement")
@@ -64,15 +64,15 @@ def draw_maps(
     ----------
     analysis : Analysis
     spectra : Dataset
-        ``amplitude(end, axis, level, frequency)``, m, its levels evenly apart.
+        ``amplitude(end, axis, level, frequency)``, m, with uniformly spaced levels.
     height : float
-        mm.
+        Height of the figure, mm.
     levels : tuple
-        Label of the vertical axis, and from where to where it reaches.
+        Label of the vertical axis, and its lower and upper limit.
     orders : tuple of np.ndarray or None
         As in `draw_lines`.
     notes : sequence of str
-        What is told below, beside the window.
+        Further notes after the one on the window.
     """
     ends, (label, low, high) = analysis.seen_ends, levels
     frequency = spectra.frequency.to_numpy()
@@ -102,12 +102,12 @@ def draw_maps(
 
 
 def decibel(amplitude: np.ndarray) -> np.ndarray:
-    """Amplitude, m, in dB re 1 µm."""
+    """Return an amplitude, m, in dB re 1 µm."""
     return np.asarray(20 * np.log10(np.maximum(amplitude, FLOOR_M) * UM))
 
 
 def top_frequency(analysis: Analysis, highest: float) -> float:
-    """Highest frequency worth drawing, Hz: nearly all that is bright in the waterfall, all lines found and 1X."""
+    """Return the highest frequency to draw, Hz, which covers nearly all bright content of the waterfall, all lines and 1X."""
     speed = float(np.nanmax(analysis.speed_hz)) if analysis.has_speed else 0.0
     named = [line.frequency.value for line in analysis.lines if line.kind != "order" and line.frequency.value]
     return min(
@@ -116,7 +116,7 @@ def top_frequency(analysis: Analysis, highest: float) -> float:
 
 
 def _bright_up_to(spectra: xr.Dataset | None) -> float:
-    """Frequency up to which nearly all of a waterfall lies that the eye takes for more than empty, Hz."""
+    """Return the frequency, Hz, below which 98 % of a waterfall's visibly bright content lies."""
     if spectra is None:
         return 0.0
     db = decibel(spectra.amplitude.transpose(..., "frequency").to_numpy())
@@ -127,25 +127,25 @@ def _bright_up_to(spectra: xr.Dataset | None) -> float:
 
 
 def colour_limits(db: np.ndarray) -> tuple[float, float]:
-    """Darkest and brightest dB of a map: above nearly all noise up to the loudest, at most `RANGE_DB` apart."""
+    """Return the colour limits of a map, dB: from above nearly all noise to the maximum, at most `RANGE_DB` apart."""
     finite = db[np.isfinite(db)]
     if not finite.size:
         return -RANGE_DB, 0.0
     top, floor = float(finite.max()), float(np.median(finite))
-    # noise has Rayleigh amplitudes: three in a hundred exceed their median by 7 dB
+    # noise amplitudes are Rayleigh distributed: 3 % exceed the median by 7 dB
     low = max(floor + 7, top - RANGE_DB)
     return low, max(top, low + 1)
 
 
 def edges(middles: np.ndarray, step: float) -> tuple[float, float]:
-    """From where to where cells reach whose middles (n,) are a step apart."""
+    """Return lower and upper edge of a row of cells with these centres (n,), `step` apart."""
     return float(middles[0]) - step / 2, float(middles[-1]) + step / 2
 
 
 def draw_map(
     ax: Axes, db: np.ndarray, extent: tuple[float, float, float, float], limits: tuple[float, float]
 ) -> AxesImage:
-    """Draw a map (rows, frequencies) in dB over its extent (frequency and row limits)."""
+    """Draw a map (rows, frequencies) in dB with its extent (frequency and row limits)."""
     return ax.imshow(
         db,
         origin="lower",
@@ -161,15 +161,15 @@ def draw_map(
 def draw_lines(
     ax: Axes, orders: tuple[np.ndarray, np.ndarray] | None, constants: Sequence[Line], top_hz: float
 ) -> None:
-    """Draw orders and lines of constant frequency into a map whose limits are set, and name them.
+    """Draw and label orders and lines of constant frequency in a map whose limits are set.
 
     Parameters
     ----------
     ax : matplotlib.axes.Axes
     orders : tuple of np.ndarray or None
-        Speed, Hz, at each level of the vertical axis, and the levels; None where no speed is known.
+        Speed, Hz, at each level of the vertical axis, and the levels; None if the speed is unknown.
     constants : sequence of Line
-        Sums and multiples of others stay without a name.
+        Lines of constant frequency; sums and multiples of others are not labelled.
     top_hz : float
         Highest frequency drawn.
     """
@@ -186,7 +186,7 @@ def draw_lines(
     for line in constants:
         if not line.combined:
             hz = line.frequency.value or 0.0
-            # on its line: beside it a name would stand on that of a neighbour, as those of swing and mains are 6 Hz apart
+            # on the line: beside it the label would cover that of a neighbour, e.g. swing and mains 6 Hz apart
             places = [Place(hz, high - share * (high - low), (0.0, 0.0), ha="center", va="top") for share in _SHARES]
             labels.write(line.name, places, rotation=90)
     for order, (frequency, level) in curves.items():
@@ -194,7 +194,7 @@ def draw_lines(
 
 
 def constants_of(analysis: Analysis, end: str, top_hz: float) -> list[Line]:
-    """Lines of constant frequency of an end up to a frequency, in their order."""
+    """Return the lines of constant frequency of an end up to a frequency, in ascending order."""
     found = [
         line
         for line in analysis.lines
@@ -204,7 +204,7 @@ def constants_of(analysis: Analysis, end: str, top_hz: float) -> list[Line]:
 
 
 def _along(frequency: np.ndarray, level: np.ndarray, low: float, high: float) -> list[Place]:
-    """Places beside the curve of an order: from its highest frequency on, not down to where all orders meet."""
+    """Return label places beside the curve of an order, from its highest frequency down, away from where all orders meet."""
     edge = 0.05 * (high - low)
     inside = np.flatnonzero(np.isfinite(frequency) & (level > low + edge) & (level < high - edge))
     inside = inside[frequency[inside] > 0.4 * np.max(frequency[inside], initial=0.0)]

@@ -1,4 +1,4 @@
-"""The run-down of the speed, the law chosen for it, and what the law leaves."""
+"""Run-down of the speed, the drag law chosen for it, and the residual of the law."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ if TYPE_CHECKING:
     from tdbmon.analysis.rundown import RunDown
 
 _BINS = 700
-_IN_HZ = 0.3  # of what a law leaves where it was fitted, from which on it is drawn in Hz
+_IN_HZ = 0.3  # greatest residual in the fitted stretch, Hz, drawn in mHz
 
 
 @styled
 def speed_decay(analysis: Analysis) -> Figure:
-    """Draw speed against time; with a law that was chosen for it, and below measured less law, where there is one.
+    """Draw speed against time, with the chosen law and, below, the residual (measured minus law) if there is a law.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def speed_decay(analysis: Analysis) -> Figure:
     figure = new_figure(
         height, f"Speed from the {rundown.source} · mean over {each:.0f} values · shaded: 95 % range of its samples"
     )
-    margins = Margins(17, 3, 11, 20, down=5)  # on the left as wide as −50000 needs it
+    margins = Margins(17, 3, 11, 20, down=5)  # left margin for the tick label −50000
     upper, *lower = subplots(figure, len(ratios), 1, margins, height_ratios=ratios, sharex=True)[:, 0]
     upper.set_xlim(float(time[0]), float(time[-1]))
     mark_phases(upper, analysis, names=True)
@@ -75,7 +75,7 @@ def speed_decay(analysis: Analysis) -> Figure:
 
 
 def _binned(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray], np.ndarray]:
-    """Mean and 95 % range of bins of as many values, or one more, and their middle times: to the last value."""
+    """Return mean, 95 % range and centre time of nearly equal bins that cover all values."""
     edges = np.linspace(0, len(time), min(_BINS, len(time) // 4) + 1).astype(int)
     first, count = edges[:-1], np.diff(edges)
     mean = np.add.reduceat(speed, first) / count
@@ -84,7 +84,7 @@ def _binned(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, tuple[np.n
 
 
 def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.ndarray) -> None:
-    """The law over the stretch that it was fitted to (full) and beyond (dashed), and the rest that it leaves."""
+    """Draw the law in its fitted stretch and (thinner) beyond it, and its residual."""
     name = next((model.name for model in rundown.models if model.chosen), "law")
     law = rundown.speed_at(at)
     fitted = np.ones(len(at), bool)
@@ -109,7 +109,7 @@ def _law(upper: Axes, lower: Axes, rundown: RunDown, at: np.ndarray, means: np.n
 
 
 def _reach(ax: Axes, near: float, rest: np.ndarray, unit: str) -> None:
-    """Scale for what is left where the law was fitted, and logarithmic beyond: elsewhere a law may be far off."""
+    """Scale the axis to the residual in the fitted stretch, logarithmic beyond, since elsewhere a law may be far off."""
     near = _round(near)
     least, most = float(np.nanmin(rest)), float(np.nanmax(rest))
     if max(-least, most) <= near:
@@ -135,7 +135,7 @@ def _round(size: float) -> float:
 
 
 def _coast_down(ax: Axes, rundown: RunDown) -> None:
-    """Mark where half of the speed at the release is left, and a tenth, as far as the record goes."""
+    """Mark the times at which half and a tenth of the speed at the release are left, within the record."""
     initial, (left, right) = rundown.initial.value, ax.get_xlim()
     reached = [(rundown.coast_down.half.value, HALF), (rundown.coast_down.tenth.value, TENTH)]
     shown = [(time, share) for time, share in reached if time is not None and left <= time <= right]

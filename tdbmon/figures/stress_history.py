@@ -1,4 +1,4 @@
-"""Box plots of the Hertz stress of a machine's filed drops; the whisker ends at the greatest, for the least is not filed."""
+"""Box plots of the Hertz stress of a machine's filed drops; the whisker ends at the maximum, as the minimum is not filed."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
 _MPA = 1e-6
 _SHOWN = 20
-_FLAT = 6  # names so many that they stand side by side
-_NEAR = 1.6  # times the top of the boxes' scale: up to there a limit is drawn in it
+_FLAT = 6  # most names that fit side by side without slant
+_NEAR = 1.6  # times the top of the boxes' scale: a limit up to there extends the scale
 
 
 @styled
 def stress_history(comparison: Comparison) -> Figure:
-    """Draw the boxes of the latest drops with forces, the drop that is compared in orange."""
+    """Draw the boxes of the latest drops with forces, the judged drop in orange."""
     ends = comparison.stress
     figure = new_figure(
         35 + 58 * len(ends), "Greatest Hertz stress among the balls while loaded · fitted simulation, not measured"
@@ -50,7 +50,7 @@ def stress_history(comparison: Comparison) -> Figure:
             medianprops={"color": BLACK},
         )  # fmt: skip
         for line in (*made["caps"][::2], *made["whiskers"][::2]):
-            line.set_visible(False)  # below: it would say that the box's edge is the least
+            line.set_visible(False)  # lower whiskers: they would show the box's edge as the minimum
         for (drop, _), patch in zip(rows, made["boxes"], strict=True):
             current = drop == comparison.entry.id
             patch.set_facecolor(ORANGE if current else SKY)
@@ -64,7 +64,7 @@ def stress_history(comparison: Comparison) -> Figure:
 
 
 def limit_line(axes: Sequence[Axes], limit: float) -> None:
-    """Draw the stress (Pa) that asks for an inspection; where it lies far above the boxes, say so in the corner."""
+    """Draw the stress limit (Pa); if it lies far above the boxes, a note in the corner says so."""
     tops, level = [ax.get_ylim()[1] for ax in axes], limit * _MPA
     for ax, top in zip(axes, tops, strict=True):
         if level < _NEAR * top:

@@ -1,4 +1,4 @@
-"""Box plots of the Hertz stress of drops fitted together, with outliers by two rules; whiskers end within Tukey's fence."""
+"""Box plots of the Hertz stress of jointly fitted drops, with outliers by two rules; whiskers end within Tukey's fence."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ _MPA = 1e-6
 
 @styled
 def stress_outliers(drops: Sequence[DropForces]) -> Figure:
-    """Draw the box of each drop, an end a panel, with the limits of both rules."""
+    """Draw the box of each drop, one panel per end, with the limits of both outlier rules."""
     note = (
         f"Greatest Hertz stress among the balls while loaded, {drops[0].seconds:g} s · fitted simulation, not measured"
     )
     figure = new_figure(80, note)
     ends = list(drops[0].ends)
-    many = len(drops) > 2  # their names stand aslant
+    many = len(drops) > 2  # slanted names
     axes = subplots(figure, 1, len(ends), Margins(15, 3, 13, 24 if many else 15, across=6), sharey=True)[0]
     for ax, end in zip(axes, ends, strict=True):
         for at, drop in enumerate(drops, start=1):
@@ -69,5 +69,5 @@ def _box(ax: Axes, at: int, box: Stress) -> None:
 
 
 def _whisker(box: Stress) -> float:
-    """Return the greatest stress within Tukey's fence; a history passes it on the way to what lies beyond."""
+    """Return the upper whisker: the fence itself if peaks lie beyond, since a continuous history passes it, else the maximum."""
     return box.tukey_level if box.tukey else max(box.q3, min(box.greatest.value or 0.0, box.tukey_level))

@@ -28,21 +28,21 @@ if TYPE_CHECKING:
 P = ParamSpec("P")
 
 WIDTH_MM = 170.0  # the text width of an A4 page
-_LINE_MM = 3.0  # of a note above a figure
-_LEGEND_MM = 4.0  # of a line of a legend
+_LINE_MM = 3.0  # height of a line of the note above a figure
+_LEGEND_MM = 4.0  # height of a line of a legend
 UM = 1e6
-TITLE_LETTERS = 8  # of a name of a file in a title that says more
-_NARROW = 6.5  # type of two lines where one has room
-_LETTER_PT = 4.4  # mean width of a letter of figures' words
+TITLE_LETTERS = 8  # longest file name within a longer title
+_NARROW = 6.5  # font size of two lines in place of one
+_LETTER_PT = 4.4  # mean width of a letter in figures
 
-# Okabe and Ito, Color Universal Design (2008): told apart with every common colour vision
+# Okabe and Ito, Color Universal Design (2008): distinguishable with every common colour vision
 BLACK, ORANGE, SKY, GREEN, BLUE, VERMILION, PURPLE = (
     "#000000", "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00", "#CC79A7",
 )  # fmt: skip
 GREY, LIGHT = "#666666", "#DDDDDD"
 _DROP_COLOURS = (BLUE, ORANGE, GREEN, VERMILION, PURPLE, GREY, SKY, BLACK)
 _DROP_LINES = ("-", "--", "-.")
-MEASURED = "#BBBBBB"  # beneath what was simulated
+MEASURED = "#BBBBBB"  # drawn beneath the simulated curve
 AXIS_COLOUR = {"x": BLUE, "y": VERMILION}
 AXIS_WORD = {"x": "x (right)", "y": "y (up)"}
 PHASE_COLOUR = {
@@ -56,7 +56,7 @@ STYLE: dict[Any, Any] = {
     "font.size": 7.5,
     "axes.titlesize": 8.0,
     "axes.titlelocation": "left",
-    "axes.titley": 1.0,  # placed, not found: looking for a free place takes a third of the drawing
+    "axes.titley": 1.0,  # fixed: searching for a free place takes a third of the drawing time
     "axes.labelsize": 7.5,
     "xtick.labelsize": 7.0,
     "ytick.labelsize": 7.0,
@@ -74,7 +74,7 @@ STYLE: dict[Any, Any] = {
     "lines.linewidth": 0.9,
     "axes.formatter.useoffset": False,
     "axes.formatter.use_mathtext": False,
-    "text.parse_math": False,  # names come from files: a dollar sign is a dollar sign
+    "text.parse_math": False,  # names come from files: a dollar sign is literal
     "axes.unicode_minus": True,
     "svg.fonttype": "none",
     "figure.dpi": 150,
@@ -83,7 +83,7 @@ STYLE: dict[Any, Any] = {
 
 
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
-    """Let a figure function draw with the shared style."""
+    """Decorate a figure function so that it draws with the shared style."""
 
     @wraps(draw)
     def inside(*args: P.args, **kwargs: P.kwargs) -> Figure:
@@ -94,7 +94,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 
 
 def new_figure(height_mm: float, note: str = "") -> Figure:
-    """Return an empty figure of the page's width; `note` says above it what was drawn."""
+    """Return an empty figure of the page's width; `note` above it states what is drawn."""
     figure = Figure(figsize=(WIDTH_MM / 25.4, height_mm / 25.4))
     if note:
         text = figure.text(0.008, 1 - 1.5 / height_mm, note, va="top", color=GREY, fontsize=7)
@@ -109,9 +109,9 @@ def new_figure(height_mm: float, note: str = "") -> Figure:
 
 @dataclass(frozen=True)
 class Margins:
-    """Room about and between the axes of a figure, mm.
+    """Margins around and between the axes of a figure, mm.
 
-    Fixed, since matplotlib's constrained layout takes as long as all the drawing.  A test verifies that nothing is clipped.
+    They are fixed, as matplotlib's constrained layout takes as long as all the drawing.  A test verifies that nothing is clipped.
     """
 
     left: float
@@ -133,7 +133,7 @@ def subplots(
 ) -> np.ndarray:
     """Return axes (rows, columns) that fill the figure up to its margins."""
     width, height = (float(inches) * 25.4 for inches in figure.get_size_inches())
-    above = margins.top + _LINE_MM * sum(text.get_text().count("\n") for text in figure.texts)  # of a note
+    above = margins.top + _LINE_MM * sum(text.get_text().count("\n") for text in figure.texts)  # extra lines of a note
     wide = (width - margins.left - margins.right - (columns - 1) * margins.across) / columns
     high = (height - above - margins.bottom - (rows - 1) * margins.down) / rows
     axes: np.ndarray = figure.subplots(
@@ -167,7 +167,7 @@ def legend_room(entries: int, columns: int, lines: int) -> float:
 
 
 def clipped(name: str, letters: int) -> str:
-    """Return a name of a file with at most so many letters, of a longer one beginning and end."""
+    """Return a file name shortened to at most `letters`, keeping beginning and end."""
     if len(name) <= letters:
         return name
     tail = (letters - 1) // 2
@@ -175,9 +175,9 @@ def clipped(name: str, letters: int) -> str:
 
 
 def name_axis(ax: Axes, words: str, name: str) -> None:
-    """Label the vertical axis with words about a name of a file, as "{} force [kN]", no longer than it.
+    """Label the vertical axis with a file name in a text such as "{} force [kN]", no longer than the axis.
 
-    Where it has no room the name has a line of its own, and where that has none its middle is left out.
+    If it does not fit, the name is put on a line of its own, and then shortened in its middle.
     """
     label, room = ax.set_ylabel(words.format(name)), ax.bbox.height
     two = words if "\n" in words else words.replace("{} ", "{}\n")
@@ -188,20 +188,20 @@ def name_axis(ax: Axes, words: str, name: str) -> None:
 
 
 def drop_axis(ax: Axes, drops: int, most: int) -> None:
-    """Number the drops along x with `most` labels or one more, in whole numbers, a single drop too."""
-    # one tick will do: where two are asked for and there is one drop, the locator takes fractions
+    """Number the drops along x with about `most` labels, integers only, even for a single drop."""
+    # min_n_ticks=1: with one drop and two ticks required, the locator would use fractions
     ax.xaxis.set_major_locator(MaxNLocator(integer=True, nbins=most, min_n_ticks=1))
     ax.set_xlim(0.4, drops + 0.6)
 
 
 def interval_bar(ax: Axes, at: float, estimate: Estimate, factor: float, shift: float = 0.0, **look: Any) -> None:
-    """Draw the 95 % interval of an estimate upright, where it has one, in its own unit less a shift in that."""
+    """Draw the 95 % interval of an estimate, if it has one, as a vertical bar, scaled by `factor` and shifted down."""
     if estimate.low is not None and estimate.high is not None:
         ax.plot([at, at], [estimate.low * factor - shift, estimate.high * factor - shift], **look)
 
 
 def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
-    """Mark at the lower edge the drops without a value; each series of the axes at its own `place`."""
+    """Mark a drop without a value at the lower edge; each series of the axes at its own `place`."""
     ax.plot(
         drop, 0.07 + 0.1 * place, marker, color=GREY, markersize=3.5, markerfacecolor="none", markeredgewidth=0.7,
         linestyle="none", transform=ax.get_xaxis_transform(), label="not told by the drop judged",
@@ -209,14 +209,14 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
 
 
 def power_ticks(axis: Axis) -> None:
-    """Tick a logarithmic axis at powers of ten, without mathtext: names come from files, and a dollar is a dollar."""
+    """Set ticks of a logarithmic axis at powers of ten, without mathtext, since names from files may contain dollar signs."""
     axis.set_major_locator(LogLocator(10.0))
     axis.set_major_formatter(FuncFormatter(_power))
     name_between(axis)
 
 
 def name_between(axis: Axis) -> None:
-    """Name some ticks between the powers of ten of a logarithmic axis that has fewer than two of these in view."""
+    """Label some ticks between the powers of ten of a logarithmic axis if fewer than two powers are in view."""
 
     def named(value: float, _: int) -> str:
         low, high = sorted(axis.get_view_interval())
@@ -234,27 +234,27 @@ def _power(value: float, _: int) -> str:
 
 
 def colour_bar(figure: Figure, image: ScalarMappable, label: str) -> None:
-    """Draw a colour bar into the right margin (of at least 21 mm)."""
+    """Draw a colour bar in the right margin (of at least 21 mm)."""
     width = float(figure.get_size_inches()[0]) * 25.4
     axes = figure.add_axes((1 - 18 / width, 0.2, 2.5 / width, 0.6), label="<colorbar>")
     figure.colorbar(image, cax=axes, label=label)
 
 
 def said(analysis: Analysis, *more: str) -> str:
-    """Say at which plane displacement was drawn, how it was filtered, and whether runout was subtracted."""
+    """Return a note on the plane of the displacement, its filtering, and whether run-out was subtracted."""
     where = plane_words({end: result.plane for end, result in analysis.ends.items() if result.seen})
     return " · ".join([f"Displacement {where}", *(more or ("not filtered",)), runout_words(analysis.checks)])
 
 
 def plane_words(planes: Mapping[str, str]) -> str:
-    """Return the plane at each end at which displacement is drawn."""
+    """Return a text that states at which plane of each end displacement is drawn."""
     if set(planes.values()) == {"bearing"}:
         return "at the bearing planes"
     return ", ".join(f"{end} at the {plane} plane" for end, plane in planes.items())
 
 
 def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
-    """Shade the phases of the drop behind a time axis, and name them above it where they are wide enough."""
+    """Shade the phases of the drop behind a time axis, and label them above it if they are wide enough."""
     left, right = ax.get_xlim()
     for phase in analysis.phases:
         start, end = max(phase.start, left), min(phase.end, right)
@@ -279,7 +279,7 @@ def mark_phases(ax: Axes, analysis: Analysis, names: bool = False) -> None:
 
 
 def legend_below(figure: Figure, columns: int = 3) -> None:
-    """One legend for the whole figure, below its axes; equal labels count once."""
+    """Draw one legend for the whole figure below its axes; equal labels are shown once."""
     found: dict[str, Any] = {}
     for ax in figure.axes:
         for handle, label in zip(*ax.get_legend_handles_labels(), strict=True):
@@ -291,9 +291,9 @@ def legend_below(figure: Figure, columns: int = 3) -> None:
 
 
 def say(ax: Axes, words: str) -> None:
-    """Say in the axes why they are empty or incomplete.
+    """Write a note in axes that says why they are empty or incomplete.
 
-    Empty axes have no frame and no scale, for it would be invented, but for what they share with others.
+    Empty axes get no frame and no scale, which would be meaningless, except scales shared with other axes.
     """
     ax.apply_aspect()
     points = ax.get_window_extent().width * 72 / ax.figure.dpi
@@ -314,7 +314,7 @@ def say(ax: Axes, words: str) -> None:
 
 
 def circled_ends(analysis: Analysis) -> list[str]:
-    """Ends whose clearance circle is known."""
+    """Return the ends whose clearance circle is known."""
     return [end for end in analysis.seen_ends if has_circle(analysis, end)]
 
 
@@ -324,6 +324,6 @@ def has_circle(analysis: Analysis, end: str) -> bool:
 
 
 def centre_of(analysis: Analysis, end: str) -> np.ndarray:
-    """Clearance centre of an end, m; the probes' zero where it is not known."""
+    """Return the clearance centre of an end, m; the probes' zero if it is not known."""
     gap = analysis.ends[end].gap
     return np.zeros(2) if gap is None else gap.place

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BINS = 1500
-_TOUCHES_S = 2.0  # the longest stretch with its touches marked
+_TOUCHES_S = 2.0  # longest stretch in which touches are marked
 
 
 @styled
@@ -41,7 +41,7 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     Parameters
     ----------
     analysis : Analysis
-        With displacement.
+        Analysis with displacement.
     start, stop : float, optional
         Stretch of the record, s; the whole of it by default.
     """
@@ -80,12 +80,12 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
 
 
 def shows_touches(start: float, stop: float) -> bool:
-    """Whether a stretch is short enough that touches can be told apart."""
+    """Whether a stretch is short enough to distinguish single touches."""
     return stop - start < _TOUCHES_S
 
 
 def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
-    """Draw how far the shaft centre can go along this axis before it touches, about the clearance centre."""
+    """Draw the limits of the clearance circle along this axis, about the clearance centre."""
     gap = analysis.ends[end].gap
     if gap is None:
         return

@@ -36,13 +36,13 @@ if TYPE_CHECKING:
 
 _COLUMNS = 2
 _ROW_MM = 46
-_NAMED = 10  # drops along an axis
-_LETTERS = 20  # of a line beside an axis
+_NAMED = 10  # most drops labelled along an axis
+_LETTERS = 20  # per line of an axis label
 
 
 @styled
 def trends(comparison: Comparison, shown: list[Change]) -> Figure:
-    """Draw some quantities over the matching drops and this one."""
+    """Draw selected quantities over the matching drops and the judged one."""
     rows = math.ceil(len(shown) / _COLUMNS)
     note = "Matching drops in their order · bars: 95 % interval of each drop's own estimate"
     figure = new_figure(25 + _ROW_MM * rows, note)
@@ -71,7 +71,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     if change.estimate.value is None:
         not_told(ax, place[current], "o")
     trend, reach = change.trend, len(change.series)
-    at, values = at[-reach:], values[-reach:]  # the trend goes over the latest drops alone
+    at, values = at[-reach:], values[-reach:]  # the trend covers the latest drops only
     if trend is not None and trend.step is not None:
         point = trend.step
         edge = (at[point.index - 1] + at[point.index]) / 2
@@ -87,7 +87,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
 
 
 def _limit(ax: Axes, change: Change, growth: float) -> None:
-    """Draw at which radius the growth since the drops before, or since their slope begins, reaches the limit."""
+    """Draw the radius at which growth since the earlier drops, or since the start of their slope, reaches the limit."""
     if change.growth_from is None:
         return
     level = change.growth_from * (1 + growth) * scale_of(change.kind.unit)[0]
@@ -99,13 +99,13 @@ def _limit(ax: Axes, change: Change, growth: float) -> None:
 
 
 def axis_name(kind: FeatureKind) -> str:
-    """Return the quantity and its unit, in lines that stand beside a panel."""
+    """Return the quantity and its unit, wrapped for an axis label."""
     unit = scale_of(kind.unit)[1]
     return textwrap.fill(f"{kind.title.partition(',')[0]} [{unit or 1}]", _LETTERS)
 
 
 def scale_of(unit: str) -> tuple[float, str]:
-    """Return the factor from SI and the unit in which a feature's numbers are short."""
+    """Return the factor from SI and the name of a unit suited to a feature's axis."""
     if unit == "N/m":
         return 1e-6, "MN/m"
     return OUTSIDE[unit], {"um": "µm", "1": ""}.get(unit, unit)

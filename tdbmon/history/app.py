@@ -1,4 +1,4 @@
-"""`tdbmon archive` and `tdbmon compare`: their arguments; `tdbmon.history.command` does what they say."""
+"""Command-line arguments of `tdbmon archive` and `tdbmon compare`; `tdbmon.history.command` executes them."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def archive_add(
     scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
     json_file: JsonFile = None,
 ) -> None:
-    """Analyse drops and file them; what is filed already is passed over."""
+    """Analyse drops and file them; drops already filed are skipped."""
     from tdbmon.history import adding
 
     code = adding.add(
@@ -69,7 +69,7 @@ def archive_list(
     machine: Annotated[str, typer.Option(metavar="NAME", help="of one machine only")] = "",
     json_file: JsonFile = None,
 ) -> None:
-    """List the drops in the order of their fall."""
+    """List the drops in chronological order."""
     from tdbmon.history import command
 
     command.list_drops(archive, machine, json_file)
@@ -77,7 +77,7 @@ def archive_list(
 
 @archive_app.command("show")
 def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = None) -> None:
-    """Show what is filed of one drop."""
+    """Show the filed results of one drop."""
     from tdbmon.history import command
 
     command.show(archive, drop, json_file)
@@ -89,7 +89,7 @@ def archive_verify(
     rebuild: Annotated[bool, typer.Option("--rebuild", help="make the catalogue anew from the result files")] = False,
     json_file: JsonFile = None,
 ) -> None:
-    """Check every file against what was filed, and the catalogue against the files."""
+    """Verify every file against its checksum, and the catalogue against the files."""
     from tdbmon.history import command
 
     command.verify(archive, rebuild, json_file)
@@ -97,7 +97,7 @@ def archive_verify(
 
 @archive_app.command("remove")
 def archive_remove(drop: DropID, archive: ArchiveFolder) -> None:
-    """Take a drop out, with its raw file and results."""
+    """Remove a drop with its raw file and results."""
     from tdbmon.history import command
 
     command.remove(archive, drop)
@@ -141,7 +141,7 @@ def compare(
     json_file: JsonFile = None,
     report: Reports = None,
 ) -> None:
-    """Say whether a drop differs from those before it, in what, and what that means."""
+    """Compare a drop with earlier ones: whether it differs, in which quantities, and what that means."""
     from tdbmon.history import command
 
     code = command.compare(

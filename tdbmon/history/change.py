@@ -54,7 +54,7 @@ class Change:
     why : str
         Why there is no difference.
     as_in : tuple of str
-        Outliers among the earlier drops that were off alike and after which it came back: a form that it has now and then.
+        Earlier outliers of about the same deviation after which the feature returned to the baseline: an occasional second form.
     """
 
     kind: FeatureKind

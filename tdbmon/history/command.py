@@ -1,4 +1,4 @@
-"""`tdbmon archive` and `tdbmon compare`: they parse, call the library and write; nothing is computed here.
+"""The commands `tdbmon archive` and `tdbmon compare`: they call the library and write results; nothing is computed here.
 
 `tdbmon archive add` is in `tdbmon.history.adding`.
 """
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
-    """List the drops in the order of their fall."""
+    """List the drops in chronological order."""
     from tdbmon.history.contract import entry_json
     from tdbmon.history.matching import odd_clocks
 
@@ -55,7 +55,7 @@ def list_drops(folder: Path, machine: str, json_file: Path | None) -> None:
 
 
 def show(folder: Path, drop: str, json_file: Path | None) -> None:
-    """Show one drop: where it comes from, and its features."""
+    """Show one drop: its provenance and its features."""
     from tdbmon.history.contract import entry_json
     from tdbmon.history.feature import KINDS
 
@@ -87,7 +87,7 @@ def show(folder: Path, drop: str, json_file: Path | None) -> None:
 
 
 def verify(folder: Path, rebuild_it: bool, json_file: Path | None) -> None:
-    """Check the archive; raise `InputError` where something is wrong that no repeated add mends by itself."""
+    """Verify the archive; raise `InputError` if there is a fault that filing again does not repair by itself."""
     from tdbmon.history import verify as check
 
     check_outputs([json_file], [])
@@ -109,7 +109,7 @@ def verify(folder: Path, rebuild_it: bool, json_file: Path | None) -> None:
 
 
 def remove(folder: Path, drop: str) -> None:
-    """Take a drop out."""
+    """Remove a drop with its raw file and results."""
     entry = open_archive(folder).remove(drop)
     typer.echo(f"removed {entry.id} ({entry.raw_name}) with its raw file and results")
 
@@ -132,7 +132,7 @@ def report(
     json_file: Path | None,
     reports: list[Path],
 ) -> int:
-    """Report one drop, one machine, or the fleet; return 3 where an alarm of a machine stands and shall fail."""
+    """Report one drop, one machine, or the fleet; return 3 if a machine has a standing alarm and `fail_on` is "alarm", else 0."""
     from tdbmon.history.contract import fleet_json
     from tdbmon.history.fleet import fleet
     from tdbmon.history.summary import fleet_lines
@@ -167,7 +167,7 @@ def _check_fail_on(fail_on: str) -> None:
 
 
 def _document(archive: Archive, drop: str, machine: str, members: list[Member], tell: Progress) -> Document:
-    """The report of a drop, else of a machine, else of the fleet."""
+    """Return the report of a drop if one is named, else of a machine, else of the fleet."""
     from tdbmon.history.machine_history import machine_history
     from tdbmon.report.fleet_report import build_fleet_report
     from tdbmon.report.machine_report import build_machine_report
@@ -180,7 +180,7 @@ def _document(archive: Archive, drop: str, machine: str, members: list[Member], 
 
 
 def _drop_document(archive: Archive, drop: str, tell: Progress) -> Document:
-    """The report of a drop, made again from its raw file."""
+    """Return the report of a filed drop, by a new analysis of its raw file."""
     from tdbsim.machine import load_machine
 
     from tdbmon.analysis.analyse import analyse
@@ -208,7 +208,7 @@ def compare(
     json_file: Path | None,
     reports: list[Path],
 ) -> int:
-    """Compare a drop of the archive, or a record, with those before; return 3 where an alarm stands and shall fail."""
+    """Compare a filed drop, or a record, with earlier drops; return 3 if an alarm stands and `fail_on` is "alarm", else 0."""
     from tdbmon.history.compare import compare as run
     from tdbmon.history.contract import comparison_json
     from tdbmon.history.standing import Judged, standing_beside

@@ -178,5 +178,5 @@ def in_order(features: Iterable[Key], ends: Sequence[str]) -> list[Key]:
 
 
 def place_of(end: str, ends: Sequence[str]) -> tuple[int, str]:
-    """Return what ends are sorted by: their places in the machine file, and those that it does not name by their names."""
+    """Return the sort key of an end: its place in the machine file; ends not named there follow by name."""
     return (ends.index(end) if end in ends else len(ends)), end

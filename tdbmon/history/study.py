@@ -78,7 +78,7 @@ def study_record(
     dropped: str = "",
     progress: Progress = silent,
 ) -> Filing:
-    """Analyse a record that was read from a file (raises `InputError` where it holds no orbit of the machine)."""
+    """Analyse a record that was read from a file (raises `InputError` if it has no orbit of the machine)."""
     from tdbmon import __version__
     from tdbmon.analysis.analyse import analyse
     from tdbmon.analysis.contract import analysis_json
@@ -114,7 +114,7 @@ def study_record(
         failed_checks=tuple(
             f"{c.check} {c.channel}".strip()
             for c in result.checks
-            if not c.passed and not (c.check == "date" and dropped)  # what the owner states stands for it
+            if not c.passed and not (c.check == "date" and dropped)  # the owner's date replaces the record's
         ),
         analysis=content,
     )

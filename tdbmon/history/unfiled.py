@@ -1,4 +1,4 @@
-"""The drop for `tdbmon compare`: one of the archive, or a record that is not filed and stays so."""
+"""The drop for `tdbmon compare`: one of the archive, or a record that is analysed without being filed."""
 
 from __future__ import annotations
 
@@ -25,25 +25,24 @@ if TYPE_CHECKING:
 
 
 def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: bool, progress: Progress) -> Drop:
-    """Return the drop of an identifier or record file (else of a filed record of that name), or the last one filed.
+    """Return the drop with an identifier, of a record file or of a filed record with that name; by default the latest one.
 
     Parameters
     ----------
     archive : Archive
     drop : str
-        Identifier or file; empty for the last drop.
+        Identifier, file or name of a filed record; empty for the last drop.
     machine : Path or None
-        Machine file for a record; by default the one of the archive's last drop, where it has but one machine.  A
-        record counts to the assembly of the machine's last drop.
+        Machine file for a record; by default that of the archive's last drop, if the archive has only one machine.  A record
+        is assigned to the assembly of the machine's last drop.
     forces : bool
-        Fit the simulation to a record.
+        Also fit the simulation to a record.
 
     Raises
     ------
     InputError
-        If the archive is empty, there is no such drop or file, it is not clear of which machine, a filed drop is filed
-        without the forces or under another machine than asked for, or a record that is not filed states the instant of one
-        that is.
+        If the archive is empty, there is no such drop or file, the machine is ambiguous, a filed drop lacks the requested
+        forces or belongs to another machine than requested, or an unfiled record states the same time as a filed drop.
     """
     if not drop:
         entries = archive.entries()
@@ -66,7 +65,7 @@ def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: b
 def record_to_compare(
     archive: Archive, record: xr.Dataset, machine: Path | None, forces: bool, progress: Progress
 ) -> Drop:
-    """Return a record as a drop to compare; what is filed of it where it, or another file of it, is filed.
+    """Return a record as a drop to compare; if it is filed, also from another file of the same drop, the filed results.
 
     Raises as `drop_to_compare`.
     """
@@ -104,7 +103,7 @@ def record_to_compare(
 
 
 def _filed(archive: Archive, drop: str, machine: Path | None, forces: bool) -> Drop:
-    """Return a filed drop; what is asked of it otherwise than it is filed is refused, as it would do nothing."""
+    """Return a filed drop; raise InputError if the requested machine or forces differ from the filed ones."""
     found = filed_drop(archive, drop)
     name = found.entry.machine if machine is None else load_machine(machine).name
     if name != found.entry.machine:
@@ -130,7 +129,7 @@ def as_drop(filing: Filing) -> Drop:
         machine=filing.machine,
         assembly=filing.assembly,
         dropped=filing.dropped,
-        # a drop without a time is taken as the latest, to be compared with all that are filed
+        # a drop without a time counts as the latest, so that it is compared with all filed ones
         moment=catalogue.moment_of(filing.dropped or filing.filed),
         filed=filing.filed,
         speed=catalogue.speed_of(filing.features),

@@ -89,7 +89,7 @@ def verdict_of(comparison: Comparison) -> Verdict:
 
 
 def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
-    """Say why "as before" cannot be stated: too few earlier drops, or an end hardly visible."""
+    """Return the reasons why "as before" cannot be stated: too few earlier drops, or an end with too little sensitivity."""
     n, least = len(comparison.matched), comparison.settings.compare.least_drops
     if n < least:
         return [
@@ -102,7 +102,7 @@ def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
 
 
 def _all_well(comparison: Comparison) -> str:
-    """State the number of features on which "as before" is based."""
+    """Return a text on the number of features on which "as before" is based."""
     repeated = len(comparison.repeated)
     others = f"{comparison.telling - repeated} other" if repeated else f"{comparison.telling}"
     said = (
@@ -117,14 +117,14 @@ def _all_well(comparison: Comparison) -> str:
 
 
 def _seen(sight: Sight) -> str:
-    """State the number of drops on which "as before" is based at an end, and the detectable growth."""
+    """Return a text on the number of drops on which "as before" is based at an end, and on the detectable growth."""
     growth = "" if sight.growth is None else f", growth of the radius from {sight.seen_from} on would have been seen"
     slope = "the slope of " if sight.slope else ""
     return f"{sight.end}: against {slope}{sight.drops} drops before{growth}"
 
 
 def _dim(sight: Sight) -> str:
-    """Say why "as before" would be a guess at an end that the drop, or so many before, hardly show."""
+    """Return the reason why "as before" is not justified at an end: too few earlier drops, or too little sensitivity to wear."""
     things = "radius at rest, fall and deepest excursion"
     if sight.drops < sight.least_drops:
         return (
@@ -140,7 +140,7 @@ def _dim(sight: Sight) -> str:
 
 
 def beside(comparison: Comparison) -> list[str]:
-    """Say what differs by more than chance but is no matter of the fall (levitation, speed) or was so before, and what drifts."""
+    """Return remarks on significant differences that are not judged (levitation, speed) or occurred before, and on drifts."""
     said = [_sentence(change, comparison) for change in comparison.noted]
     said += [_again(change, comparison) for change in comparison.repeated]
     said += [_drift(change, comparison) for change in comparison.drifting]
@@ -182,7 +182,7 @@ def _drift(change: Change, comparison: Comparison) -> str:
 
 
 def _no_drop(comparison: Comparison) -> list[str]:
-    """Say why the record holds no information on the bearings."""
+    """Return the reason why the record holds no information on the bearings."""
     said = f"no drop in this record, so that it does not count: {comparison.no_drop}"
     return [said, comparison.foreign] if comparison.foreign else [said]
 
@@ -208,13 +208,13 @@ def _limits(comparison: Comparison) -> list[tuple[Change, str]]:
 
 
 def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
-    """Say where most of what the earlier drops tell is missing of this one, or what shows an end: "as before" would be a guess.
+    """Return the reasons why "as before" is not justified if this drop lacks most features of the earlier ones, or an end's.
 
     Parameters
     ----------
     comparison : Comparison
     unseen : list of Sight
-        The ends that drops before show and this one does not.
+        Ends visible in earlier drops but not in this one.
     """
     told = _told_before(comparison)
     lost = _most_lost(comparison)
@@ -255,7 +255,7 @@ def _told_before(comparison: Comparison) -> list[Change]:
 
 
 def _most_lost(comparison: Comparison) -> list[Change]:
-    """Return which of these the drop lacks, where it has fewer than half of them; none where it has more."""
+    """Return those of these features that the drop lacks, if it has fewer than half of them; else an empty list."""
     told = _told_before(comparison)
     lost = [change for change in told if not change.estimate.known]
     return lost if len(told) - len(lost) < _BLIND * len(told) else []
@@ -274,7 +274,7 @@ def _unfollowed(comparison: Comparison) -> list[Change]:
 
 
 def _fit_lost(unfollowed: list[Change]) -> list[str]:
-    """Say that the model agrees with earlier drops but not with this one: an effect that it lacks is new."""
+    """Return a reason if the model agrees with earlier drops but not with this one, which indicates a new effect."""
     if not unfollowed:
         return []
     ends = " and ".join(change.end for change in unfollowed)
@@ -286,7 +286,7 @@ def _fit_lost(unfollowed: list[Change]) -> list[str]:
 
 
 def _doubted(comparison: Comparison) -> list[str]:
-    """Say that the record or its probes do not show this machine: what differs may be theirs."""
+    """Return remarks if the record names another machine or its probes are doubtful, so that differences may stem from that."""
     failed = doubted_probes(comparison.entry.failed_checks)
     found = [f"{comparison.foreign}; what differs may be that machine's"] if comparison.foreign else []
     if failed:

@@ -95,12 +95,12 @@ def rebuild(archive: Archive, progress: Progress = silent) -> list[Fault]:
 
 
 def bring_up_to_date(archive: Archive, create: bool) -> None:
-    """Rebuild a catalogue of an older version from the result files, which are what counts.
+    """Rebuild a catalogue of an older version from the result files, which are authoritative.
 
     Raises
     ------
     InputError
-        If results could not be read: their drops are in no comparison from then on.
+        If results could not be read: their drops are missing in comparisons from then on.
     """
     place = archive.catalogue
     version = catalogue.version_of(place)

@@ -1,6 +1,6 @@
 """Drops that cannot be of one machine in one condition, detected before any fit to all of them.
 
-A cause acts in every drop.  So each drop is fitted by itself within the tolerances of the machine file, up to the first contact:
+A cause acts in every drop.  So each drop is fitted by itself within the tolerances of the machine file, up to the first contacts:
 where the misfit ratios of some far exceed those of the others, no cause common to all drops can explain it.
 """
 
@@ -23,12 +23,12 @@ _FAR_MORE = 10.0
 
 
 def mixed_drops(problem: Problem) -> str | None:
-    """Say which drops, each fitted by itself, have far greater misfit ratios up to the first contact; None if no drop has."""
+    """Say which drops, each fitted by itself, have far greater misfit ratios up to the first contacts; None if no drop has."""
     count = len(problem.drops)
     if count < 2:
         return None
     left = problem.crew.apart(_left, [(only(problem, [drop]),) for drop in range(count)])
-    for k, instant in enumerate((problem.stages.fall, problem.stages.met)):
+    for k, instant in enumerate(_instants(problem)):
         at = [of_drop[k] for of_drop in left]
         odd = _far_more(at)
         if odd:
@@ -36,20 +36,25 @@ def mixed_drops(problem: Problem) -> str | None:
     return None
 
 
-def _left(alone: Problem) -> tuple[float, float]:
-    """Return the misfit ratios of the readings of a drop fitted by itself, in the fall and up to the first contact.
+def _instants(problem: Problem) -> tuple[float, ...]:
+    """Return the horizons of these fits: the fall, the contact of one end, and of both."""
+    return problem.stages.fall, problem.stages.met, problem.stages.touched
+
+
+def _left(alone: Problem) -> list[float]:
+    """Return the misfit ratios of the readings of a drop fitted by itself, horizon by horizon.
 
     The deceleration before the release is left out: an unknown windage shows in the fastest drop alone.
     """
-    point, out = alone.start, [math.inf, math.inf]
-    for k, horizon in enumerate((alone.stages.fall, alone.stages.met)):
+    point, out = alone.start, [math.inf] * len(_instants(alone))
+    for k, horizon in enumerate(_instants(alone)):
         found = fit_or_none(alone, point, horizon, SLOPES)
         if found is None:
             break
         point, (residual,) = found.point, found.residuals
         counted = np.delete(huber(residual, 1.0) * residual**2, DECELERATION)
         out[k] = float(np.mean(counted))
-    return out[0], out[1]
+    return out
 
 
 def _far_more(left: Sequence[float]) -> list[int]:

@@ -1,4 +1,4 @@
-"""Lay a machine over a record: the file's channels become the machine's probes, speed and keyphasor."""
+"""Assign a record's channels to the probes, speed and keyphasor of a machine."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ _QUANTITIES = {
 
 
 def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Name a record's channels as the machine does and turn volts into displacement and speed.
+    """Rename a record's channels to the machine's names and convert volts to displacement and speed.
 
     Parameters
     ----------
     ds : xarray.Dataset
         A record as `tdbmon.record.read.read` returns it, or any Dataset of channels along time with ``units``.
     machine : tdbsim.machine.Machine
-        Its probes, ``speed``, ``keyphasor`` and ``[channels]`` say which channel is which.
+        Its probes, ``speed``, ``keyphasor`` and ``[channels]`` define the meaning of each channel.
 
     Returns
     -------
     xarray.Dataset
         Probes in m, positive along the probe's axis; ``speed`` in Hz; ``keyphasor`` as recorded.  The attribute
-        ``missing`` lists machine names that the file lacks, ``unused`` the file's channels that were left out.
+        ``missing`` lists machine names not found in the file, ``unused`` the file's channels that were dropped.
 
     Raises
     ------
     InputError
-        If no channel of the machine is in the file, a channel is of the wrong quantity or without a usable unit, one
-        channel of the file is asked for twice, or a time base has a gap of half a second or more.
+        If the file contains none of the machine's channels, a channel is of the wrong quantity or without a usable unit,
+        one channel of the file is assigned twice, or a time base has a gap of half a second or more.
     """
     source = str(ds.attrs.get("source_file", "record"))
     wanted = {name: machine.channel_in_file(name) for name in machine.channel_names()}
@@ -91,7 +91,7 @@ def assign(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 class _Lacks(InputError):
-    """A channel lacks its unit or its sensitivity, which the machine file can give by an entry."""
+    """Raised for a channel without unit or sensitivity, which an entry in the machine file can supply."""
 
     def __init__(self, message: str, place: str, what: str, entry: str) -> None:
         super().__init__(message)
@@ -99,7 +99,7 @@ class _Lacks(InputError):
 
 
 def _all_lacking(source: str, lacking: list[_Lacks]) -> str:
-    """Name all channels that lack something at once: a machine file is then completed in one go."""
+    """Return one message for all channels that lack a unit or sensitivity, so that one edit of the machine file suffices."""
     said = []
     for what in dict.fromkeys(each.what for each in lacking):
         of_kind = [each for each in lacking if each.what == what]
@@ -111,10 +111,11 @@ def _all_lacking(source: str, lacking: list[_Lacks]) -> str:
 
 
 def _variable_of(channel: str, ds: xr.Dataset) -> str | None:
-    """Return a record's variable of a channel, which may be given with its group (``Ai0/Vib_X``) where its name alone will do.
+    """Return the record's variable for a channel name; None if there is none.
 
-    One that a label names goes by what the file stores it under too, with or without the group, where that is one channel;
-    one whose name ends with its unit (``NDE_A_um``) goes by that name too.
+    The name may include the group (``Ai0/Vib_X``) even if the variable does not.  A channel named by its label is also found
+    by the name under which the file stores it, with or without the group, if only one channel matches.  A channel whose name in
+    the file ends with its unit (``NDE_A_um``) is found by that name too.
     """
     if channel in ds.data_vars:
         return channel
@@ -216,7 +217,7 @@ def _quantity(array: xr.DataArray) -> str:
 
 
 def _unstated(units: str) -> bool:
-    """Tell whether a file leaves a channel's unit open: it states none, or a word that is the unit of no quantity."""
+    """Tell whether a file leaves a channel's unit undefined: none stated, or a text that is not a unit."""
     return units in ("", "1") or not is_unit(units)
 
 
@@ -232,7 +233,7 @@ def _wrong(units: str, si: str, stated: str) -> str:
 
 
 def _rescaled(array: xr.DataArray, factor: float, offset: float, units: str) -> xr.DataArray:
-    """Return ``array * factor + offset`` in another unit, its full scale with it."""
+    """Return ``array * factor + offset`` in another unit, with the full scale converted likewise."""
     out = xr.DataArray(array.values * factor + offset, dims=array.dims, attrs=dict(array.attrs))
     out.attrs["units"] = units
     if "full_scale" in out.attrs:
@@ -241,7 +242,7 @@ def _rescaled(array: xr.DataArray, factor: float, offset: float, units: str) -> 
 
 
 def _without_pause(time: np.ndarray, source: str) -> None:
-    """Refuse a record that pauses: what comes after belongs to another time, and speeds and frequencies would count it."""
+    """Reject a time base with a long gap, across which speeds and frequencies would be computed wrongly."""
     steps = np.diff(time)
     if steps.size == 0:
         return
@@ -254,7 +255,7 @@ def _without_pause(time: np.ndarray, source: str) -> None:
 
 
 def _with_times_in_order(ds: xr.Dataset) -> xr.Dataset:
-    """Return a record in which the first channel's time base is ``time``, none is unused, and what is infinite is missing."""
+    """Return a record with time bases renumbered from ``time``, unused ones dropped and infinite samples set to NaN."""
     dimensions = dict.fromkeys(array.dims[0] for array in ds.data_vars.values())
     names = {old: "time" if i == 0 else f"time_{i + 1}" for i, old in enumerate(dimensions)}
     out = xr.Dataset(coords={new: (new, ds[old].values, ds[old].attrs) for old, new in names.items()})

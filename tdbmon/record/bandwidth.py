@@ -1,7 +1,7 @@
-"""Bandwidth of the displacement channels: a low-pass in the data acquisition delays and rounds what is sudden.
+"""Bandwidth check of the displacement channels: a low-pass filter in the data acquisition delays and smooths transients.
 
-The noise of an unfiltered channel reaches to some kilohertz; behind a low-pass it does not.  Magnetic bearings shake the shaft
-more at some hundred hertz than above, so that only a steep end of the noise tells a filter.
+The noise of an unfiltered channel extends to several kilohertz; after a low-pass filter it does not.  Magnetic bearings excite
+the shaft more at a few hundred hertz than above, so only a steep roll-off of the noise indicates a filter.
 """
 
 from __future__ import annotations
@@ -13,16 +13,16 @@ from tdbsim.machine import Machine
 from tdbmon.record.finding import Check
 from tdbmon.record.levitated_lines import levitated_lines
 
-_SLOW_HZ = (200.0, 500.0)  # above what a wide orbit's line spreads to
-_LOW = 0.25  # quantile there: other lines stand out of the noise
-_FAST_HZ = (2000.0, 5000.0)  # where they see releases and contacts, and drivers of probes still pass all
-_FAST_SHARE = (0.25, 0.45)  # of the sampling rate: the same of slow records, short of their own anti-alias filter
-_LEAST_HZ = 1000.0  # where that may begin: below, a fall shows no lack of bandwidth
-_FALLS_OFF = 1e-3  # of the noise's power: 30 dB in a decade; the synthetic records keep a third of it
+_SLOW_HZ = (200.0, 500.0)  # above the leakage from the 1X line of a large orbit
+_LOW = 0.25  # quantile of the power in this band, robust against spectral lines
+_FAST_HZ = (2000.0, 5000.0)  # needed for release and contacts, and still within the bandwidth of probe drivers
+_FAST_SHARE = (0.25, 0.45)  # of the sampling rate: the same band for slow records, below their own anti-alias filter
+_LEAST_HZ = 1000.0  # lowest start of this band: below, a lack of bandwidth has no effect on the fall
+_FALLS_OFF = 1e-3  # power ratio: 30 dB per decade; in the synthetic records a third of the noise power remains
 
 
 def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
-    """Return a failed check if the noise of a probe before the fall does not reach beyond a kilohertz."""
+    """Return a failed check if the noise of a probe before the fall rolls off too steeply above about a kilohertz."""
     lines = levitated_lines(ds, machine)
     if lines is None:
         return []

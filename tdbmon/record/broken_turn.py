@@ -1,4 +1,4 @@
-"""A turn of the shaft that alone is too short or too long: samples that were lost, or written twice, without a trace."""
+"""Single revolutions that are too short or too long: samples lost or duplicated without a trace in the time axis."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from tdbmon.record.finding import Check
 from tdbmon.record.keyphasor import Pulses
 from tdbmon.record.timebase import before_holes, usual_interval
 
-_LEAST = 0.02  # turns: what bounces and runs hot shifts a mark by less
-_SAMPLES = 4  # by which the rounding of four edges may make a turn differ from its neighbours
-_STEADY = 3.0  # times what the turns beside differ among each other
-_BESIDE = 2  # turns on either side
+_LEAST = 0.02  # revolutions: rotor motion and thermal drift shift the mark by less
+_SAMPLES = 4  # samples: the sampling of four edges alone may make a revolution differ from its neighbours by this much
+_STEADY = 3.0  # times the spread of the neighbouring revolutions
+_BESIDE = 2  # revolutions on either side
 
 
 def broken_turn_checks(pulses: Pulses, time: np.ndarray) -> list[Check]:
-    """Return a failed check of the turns that no shaft makes: it has inertia, and does not hurry through one alone.
+    """Return a failed check if single revolutions are shorter or longer than the inertia of the rotor permits.
 
     Parameters
     ----------
     pulses : Pulses
-        Of the record's keyphasor.
+        Pulses of the record's keyphasor.
     time : numpy.ndarray, shape (n,)
-        Of its samples, s; turns in which that has a hole are no finding.
+        Times of the keyphasor samples, s; revolutions that contain a gap in this time axis are not reported.
     """
     found = broken_turns(pulses, time)
     if not found:
@@ -39,7 +39,7 @@ def broken_turn_checks(pulses: Pulses, time: np.ndarray) -> list[Check]:
 
 
 def broken_turns(pulses: Pulses, time: np.ndarray) -> list[tuple[float, float]]:
-    """Return when such turns begin and how much shorter they are than those beside them, s."""
+    """Return start time and shortening relative to its neighbours, s, of each such revolution (negative if longer)."""
     intervals, steps = np.diff(pulses.times), np.diff(pulses.turns)
     if intervals.size < 2 * _BESIDE + 1 or time.size < 2:
         return []

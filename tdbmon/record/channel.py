@@ -1,4 +1,4 @@
-"""Channels as a file holds them, and the one way from them to a record."""
+"""Channels as stored in a file, and their conversion to a record."""
 
 from __future__ import annotations
 
@@ -21,42 +21,42 @@ from tdbmon.sha256 import sha256_of
 
 _COUNTED = "the file's times repeat themselves: counted by the rate that it states"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
-_SHORTEST = 1e-7  # s between samples: nobody records a rotor at 10 MHz
-_FEW = 0.01  # of the samples: more that repeat themselves come of stamps that are too coarse
-_DRIFT = 1e-3  # relative, of a clock against the logger's rate, at most
-_OVERLOAD = (9.89e37, 9.92e37)  # by SCPI an instrument was overloaded (9.9e37), or has no value (9.91e37)
-_ROUNDING = 1e-5  # of an interval: below this, an uneven clock is rounding of the time stamps
+_SHORTEST = 1e-7  # s between samples: no rotor is recorded at 10 MHz
+_FEW = 0.01  # of the samples: if more time stamps repeat, their resolution is too coarse
+_DRIFT = 1e-3  # largest relative deviation between a clock and the logger's sampling rate
+_OVERLOAD = (9.89e37, 9.92e37)  # SCPI codes for overload (9.9e37) and for "no value" (9.91e37)
+_ROUNDING = 1e-5  # of an interval: below this, unevenness is rounding of the time stamps
 
 
 @dataclass(frozen=True)
 class Channel:
-    """One channel, on its own time base, before any unit is converted.
+    """One channel with its own time base, before any unit conversion.
 
     Parameters
     ----------
     name : str
-        As in the file.
+        Name in the file.
     values : numpy.ndarray, shape (n,)
-        As stored; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.  Moments
-        (datetime64) become seconds since the first of the file, and so does a `time` of moments.
+        Stored values; the physical value in `unit` is ``values * scale + offset``, NaN where the file has none.  Date-times
+        (datetime64), here or in `time`, are converted to seconds since the earliest one in the file.
     unit : str
-        As in the file; "" where the file states none.
+        Unit as in the file; "" if the file states none.
     start, interval : float
-        First sample and sampling interval, s; used where `time` is None, the interval also where that repeats itself.
+        Time of the first sample and sampling interval, s; used if `time` is None, the interval also if time stamps repeat.
     time : numpy.ndarray, shape (n,), optional
-        Time of every sample, s or moments.
+        Time of every sample, s or datetime64.
     scale, offset : float
-        Of packed values; integers with a scale other than 1 have a full scale.
+        Scaling of packed values; integers with a scale other than 1 have a full scale.
     long_name : str
-        What the file says about the channel.
+        Description of the channel in the file.
     full_scale : tuple of float, optional
-        Smallest and largest value that the instrument can tell, in `unit`; from packed integers without being given.
+        Smallest and largest value that the instrument can represent, in `unit`; derived for packed integers if not given.
     group : str
-        The group of the file that it is in; "" where the file has none.
+        Group of the file to which the channel belongs; "" if the file has none.
     stored : str
-        What the file stores it under (``DAQ/AI0``) where `name` is a label beside it; "" else.
+        Name under which the file stores the channel (``DAQ/AI0``) if `name` is a separate label; "" otherwise.
     fault : str
-        Why nobody can say when the samples were taken, in words; such a channel is told of and not read.
+        Why the channel cannot be used (e.g. its sampling times are unknown), in words; it is then reported but not read.
     """
 
     name: str
@@ -76,13 +76,13 @@ class Channel:
 
 @dataclass(frozen=True)
 class Content:
-    """What a format's reader found in a file.
+    """Content of a file as returned by the reader of its format.
 
-    `machine` is the name of the machine that the file states, if any.
-    `incomplete` says in words what is missing of a file that was cut off but whose readable part is sound.
-    `drop_time` is the date as the file states it, understood or not.
-    `drop_time_from` says in words what `drop_time` is, where it need not be the time of the drop.
-    `beside` names numbers that are no channels, with the dimensions along which they lie.
+    `machine` is the name of the machine as stated in the file, if any.
+    `incomplete` describes what is missing from a truncated file whose readable part is intact.
+    `drop_time` is the date as stated in the file, whether or not it can be interpreted.
+    `drop_time_from` describes what `drop_time` is, if it may differ from the time of the drop.
+    `beside` maps numeric variables that are not channels to the dimensions along which they lie.
     """
 
     channels: tuple[Channel, ...]
@@ -95,12 +95,12 @@ class Content:
 
 
 def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
-    """Turn a file's channels into a record (its form: `tdbmon.record`).
+    """Convert a file's channels to a record (its form is described in `tdbmon.record`).
 
     Parameters
     ----------
     content : Content
-        The channels and what the file tells about the record.
+        The channels and the file's information about the record.
     path : pathlib.Path
         The file; its name and SHA-256 become the record's provenance.
     reader : str
@@ -109,12 +109,12 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     Returns
     -------
     xarray.Dataset
-        Channels in SI on dimensions ``time``, ``time_2`` ...; packed channels carry their packing in ``encoding``.
+        Channels in SI on dimensions ``time``, ``time_2`` ...; packed channels keep their packing in ``encoding``.
 
     Raises
     ------
     InputError
-        If there is no channel, two channels bear one name, or a time base does not increase.
+        If there is no channel, two channels have the same name, or a time base does not increase.
     """
     channels = _in_seconds([channel for channel in content.channels if not channel.fault])
     left_out = {channel.name: channel.fault for channel in content.channels if channel.fault}
@@ -147,7 +147,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
 
 
 def named_apart(channels: Sequence[Channel]) -> tuple[Channel, ...]:
-    """Return channels whose group stands before a name that occurs more than once."""
+    """Return the channels with names that occur more than once prefixed by their group."""
     count = Counter(channel.name for channel in channels)
     return tuple(
         replace(channel, name=f"{channel.group}/{channel.name}")
@@ -158,7 +158,7 @@ def named_apart(channels: Sequence[Channel]) -> tuple[Channel, ...]:
 
 
 def si_unit(unit: str) -> tuple[str, float]:
-    """Return a channel's unit in SI and the factor to it; the text itself and 1 where it is not known or not stated."""
+    """Return the SI unit of a channel and the conversion factor to it; the text itself and 1 if unknown or not stated."""
     text = unit.strip()
     if not text:
         return "", 1.0
@@ -166,14 +166,14 @@ def si_unit(unit: str) -> tuple[str, float]:
 
 
 def full_scale_of(dtype: np.dtype[Any], scale: float, offset: float) -> tuple[float, float]:
-    """Return the smallest and the largest value that codes of an integer type stand for."""
+    """Return the smallest and the largest physical value that an integer type can represent."""
     codes = np.iinfo(dtype)
     ends = (codes.min * scale + offset, codes.max * scale + offset)
     return min(ends), max(ends)
 
 
 def _in_seconds(channels: list[Channel]) -> list[Channel]:
-    """Return channels whose moments are seconds since the first of all."""
+    """Return the channels with date-times converted to seconds since the earliest one."""
     found = {
         id(array): array
         for channel in channels
@@ -196,11 +196,11 @@ def _in_seconds(channels: list[Channel]) -> list[Channel]:
 
 def _variable(channel: Channel, dimension: str) -> xr.DataArray:
     units, factor = si_unit(channel.unit)
-    # once, so that a packed record is written back exactly
+    # combined into one scaling, so that a packed record can be written back exactly
     scale, offset = channel.scale * factor, channel.offset * factor
     values = np.asarray(channel.values)
     packed = values.dtype.kind in "iu" and channel.scale != 1.0
-    with np.errstate(invalid="ignore", over="ignore"):  # damaged files hold signalling NaN and numbers beyond bounds
+    with np.errstate(invalid="ignore", over="ignore"):  # damaged files contain signalling NaN and numbers that overflow
         physical = values.astype(np.float64)
         size = np.abs(physical)
         if (beyond := (size > _OVERLOAD[0]) & (size < _OVERLOAD[1])).any():
@@ -241,7 +241,7 @@ def _unique(channels: Iterable[Channel], path: Path) -> None:
 
 
 class _TimeBases:
-    """The time bases of a record: channels that were sampled together share one."""
+    """The time bases of a record; channels sampled simultaneously share one."""
 
     def __init__(self, channels: Iterable[Channel], path: Path) -> None:
         self._times: list[np.ndarray] = []
@@ -287,7 +287,7 @@ class _TimeBases:
 
 
 def _clock(time: np.ndarray) -> dict[str, Any]:
-    """Describe a time base: ``jitter`` is the standard deviation of its intervals in s, gaps left out."""
+    """Return the attributes of a time base: ``jitter`` is the standard deviation of its intervals without gaps, s."""
     attributes: dict[str, Any] = {"units": "s", "long_name": "time"}
     if time.size > 2:
         intervals = np.diff(time)
@@ -309,9 +309,9 @@ def _check_length(channel: Channel, time: np.ndarray, path: Path) -> None:
 
 
 def _counted(channel: Channel) -> np.ndarray | None:
-    """Return times that a stated rate counts from the first stamp, where stamps repeat themselves; else None.
+    """Return sampling times computed from the first time stamp and the stated rate if time stamps repeat; else None.
 
-    Stamps in ms say little of samples at 20 kHz, and the rate says it all, if both agree on how long the record is.
+    Stamps in ms cannot resolve samples at 20 kHz; the stated rate can, provided that both agree on the record's duration.
     """
     if channel.time is None or channel.interval is None or len(channel.time) < 2:
         return None
@@ -326,7 +326,7 @@ def _counted(channel: Channel) -> np.ndarray | None:
 
 
 def _times(channel: Channel, path: Path) -> np.ndarray:
-    """Return the times of a channel's samples, s: those given, or evenly from its start on."""
+    """Return the times of a channel's samples, s: as given, or equally spaced from its start."""
     if channel.time is not None:
         return _checked(channel, path)
     name, start, interval, n = channel.name, channel.start, channel.interval, len(channel.values)
@@ -373,7 +373,7 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
 
 
 def _why_not_on(channel: Channel, time: np.ndarray, steps: np.ndarray, at: int) -> str:
-    """Say why times do not go on after a sample, with the cure."""
+    """Return why the times do not increase after a sample, with the remedy."""
     repeated = int(np.sum(steps == 0))
     if steps[at] == 0 and repeated <= _FEW * time.size and steps.min() == 0:
         return f"{counted(repeated, 'sample')} of {time.size} may be there twice: delete what is, or export it again"
@@ -386,7 +386,7 @@ def _why_not_on(channel: Channel, time: np.ndarray, steps: np.ndarray, at: int) 
 
 
 def _other_length(channel: Channel, time: np.ndarray) -> str:
-    """Say how a stated rate contradicts times that repeat themselves."""
+    """Return how a stated rate contradicts repeating time stamps; "" without a stated rate."""
     if channel.interval is None:
         return ""
     return (

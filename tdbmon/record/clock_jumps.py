@@ -1,7 +1,7 @@
-"""A clock that jumps while the logger goes on: a hole in the time axis in which nothing happened.
+"""Clock jumps: gaps in the time axis during which no real time passed, because only the logger's clock jumped.
 
-A pause of the logger leaves the same hole.  The rotor tells them apart: it goes on slowing while the logger pauses, and what
-is slower after a pause is as fast as before it where only the clock jumped.
+A pause of the logger leaves the same gap.  The deceleration of the rotor distinguishes the two: after a pause the rotor is
+slower, after a clock jump its speed continues without a step.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from tdbmon.record.keyphasor import pulses
 from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import usual_interval
 
-_HOLE = 10  # intervals: less is a few samples, in which no rotor slows
-_SIDE_S = 1.0  # on either side of a hole, from which the speed across it is told
-_BLOCKS = 20  # means of a side
+_HOLE = 10  # intervals: in a shorter gap the rotor does not slow noticeably
+_SIDE_S = 1.0  # on either side of a gap, used to fit the speed across it
+_BLOCKS = 20  # block means per side
 _FEWEST = 5
-_TOLD = 6.0  # standard deviations that the slowing in a pause must have to be told from none
+_TOLD = 6.0  # standard deviations: the speed loss expected in a pause must exceed this to be detectable
 _NONE = 3.0  # standard deviations, or
-_SHARE = 0.05  # of it: less is no slowing
+_SHARE = 0.05  # of the expected speed loss: a smaller speed step counts as none
 
 
 def without_clock_jumps(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:
-    """Return a record whose clock does not jump, and a failed check for each jump that was taken out.
+    """Return a record with its clock jumps removed, and a failed check for each jump.
 
-    A hole in which the rotor slowed, or of which the speed does not tell, is left.
+    Gaps in which the rotor slowed, or for which the speed is inconclusive, are kept.
     """
     found = _jumps(record, machine)
     checks: list[Check] = []
-    for after, length in reversed(found):  # the last one first: times before it stay the file's
+    for after, length in reversed(found):  # from last to first, so that times before a jump are still those of the file
         detail = (
             f"the clock jumps by {length:.4g} s at {after - length:.5g} s, and the rotor goes on as fast as if no time had"
             " passed: the jump is taken out, and later times are that much less than the file's"
@@ -44,7 +44,7 @@ def without_clock_jumps(record: xr.Dataset, machine: Machine) -> tuple[xr.Datase
 
 
 def _closed(time: np.ndarray, after: float, length: float) -> np.ndarray:
-    """Return times (n,) without a jump; those of a clock that did not jump there are left."""
+    """Return times (n,) with a jump removed, or unchanged if this time axis has no gap there."""
     first = int(np.searchsorted(time, after - 0.5 * length))
     if not 0 < first < len(time) or time[first] - time[first - 1] - usual_interval(time) < 0.9 * length:
         return time
@@ -85,14 +85,14 @@ def _jumps(record: xr.Dataset, machine: Machine) -> list[tuple[float, float]]:
 
 
 def _means(at: np.ndarray, hz: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times and speeds as means of blocks, where they are many: the noise of a signal is coloured."""
+    """Return block means of times and speeds, as the noise of a speed signal is coloured."""
     size = max(1, len(at) // _BLOCKS)
     whole = len(at) // size * size
     return at[:whole].reshape(-1, size).mean(axis=1), hz[:whole].reshape(-1, size).mean(axis=1)
 
 
 def _stood_still(before: tuple[np.ndarray, np.ndarray], after: tuple[np.ndarray, np.ndarray], length: float) -> bool:
-    """Whether the speed goes on across a hole as if no time had passed, and would not have if the rotor had slowed in it."""
+    """Tell whether the speed is continuous across a gap although coast-down during the gap would have been detectable."""
     at, hz = (np.concatenate(sides) for sides in zip(before, after, strict=True))
     stepped = np.arange(len(at)) >= len(before[0])
     design = np.column_stack([np.ones(len(at)), at, at**2, stepped])

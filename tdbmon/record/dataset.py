@@ -1,4 +1,4 @@
-"""A Dataset that `tdbmon.record.read` did not make, as of `xarray.open_dataset` or a script, in the form of a record."""
+"""Conversion of any Dataset, e.g. from `xarray.open_dataset` or a script, to the form of a record."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from tdbmon.record.timebase import moments, time_factor
 
 
 def as_record(ds: xr.Dataset) -> xr.Dataset:
-    """Return a Dataset of channels in SI over times in s, as `tdbmon.record.read` would have read them.
+    """Return a Dataset with channels in SI and times in s, as `tdbmon.record.read` would have read them.
 
-    The attribute ``units`` of a channel is converted where it is known, and codes of a converter that `xarray` has unpacked
-    tell the full scale.  Dates become seconds from the earliest one.  What has this form already stays as it is.
+    Channels are converted to SI where ``units`` is known, and the packing of converter codes that `xarray` has unpacked gives
+    the full scale.  Dates become seconds since the earliest one.  Data already in this form are returned unchanged.
 
     Raises
     ------
     InputError
-        If a channel does not lie along one dimension, or that has no coordinate that is a rising time.
+        If a channel is not one-dimensional, or its dimension has no strictly increasing time coordinate.
     """
     source = str(ds.attrs.get("source_file", "dataset"))
     for name, array in ds.data_vars.items():

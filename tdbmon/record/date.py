@@ -1,4 +1,4 @@
-"""The date that a file states, in the ways that recorders and people write one; what could be two dates is none."""
+"""Parsing of the date stated in a file, in the forms that recorders and people use; ambiguous dates are rejected."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import ClassVar
 
 from dateutil.parser import UnknownTimezoneWarning, parse, parserinfo
 
-# s east of Greenwich, of abbreviations that have one meaning: CST, IST and BST are zones of several continents
+# UTC offset in s of unambiguous abbreviations: CST, IST and BST denote time zones on several continents
 _ZONES = {
     zone: 3600 * hours
     for zone, hours in {
@@ -18,15 +18,15 @@ _ZONES = {
         "AEST": 10, "AEDT": 11, "NZST": 12, "NZDT": 13, "EST": -5, "EDT": -4, "MDT": -6, "PST": -8, "PDT": -7,
     }.items()
 }  # fmt: skip
-# what a text leaves out is taken from these: where it makes another day, none was stated, and where another hour, no time
+# defaults for omitted fields: if the two results differ in the day, no full date was stated; if in the hour, no time
 _LEFT_OUT = (datetime(2000, 1, 1, 0), datetime(2001, 2, 2, 1))
-_DOTTED = re.compile(r"\d\.\s*\d{1,2}\.\s*\d")  # the day comes first, by the standards of the countries that write so
+_DOTTED = re.compile(r"\d\.\s*\d{1,2}\.\s*\d")  # day first, by the standards of the countries that use this form
 _WHOLE_YEAR_FIRST = re.compile(r"\d{4}\D")
-_OFFSET_OF = re.compile(r"(UTC|GMT)\s*(?=[+-]\d)")  # which POSIX counts the other way round
+_OFFSET_OF = re.compile(r"(UTC|GMT)\s*(?=[+-]\d)")  # its sign is reversed in POSIX notation
 
 
 class _Words(parserinfo):
-    """Names of months in English and German."""
+    """Month names in English and German for the date parser."""
 
     JUMP: ClassVar[list[str]] = [*parserinfo.JUMP, "uhr"]
     MONTHS: ClassVar[list[tuple[str, ...]]] = [
@@ -41,19 +41,19 @@ class _Words(parserinfo):
 
 
 def iso_date(text: str) -> str:
-    """Return a date, with or without a time, in ISO 8601; "" where it is none, or two: 03/10/2026 is another day elsewhere."""
+    """Return a date, with or without a time, in ISO 8601; "" if it is not a date or ambiguous, such as 03/10/2026."""
     found = _readings(text)
     return found[0] if len(found) == 1 else ""
 
 
 def first_dated(texts: Iterable[str]) -> str:
-    """Return the first text that is a date, else the first that is no number (a start in s, say) either; "" without."""
+    """Return the first text that is a date, else the first that is not a number (such as a start in s); "" if none."""
     stated = [text for text in texts if text and not _is_number(text)]
     return next((text for text in stated if iso_date(text)), stated[0] if stated else "")
 
 
 def unread_date(text: str) -> str:
-    """Say why a text that a file states as its date is not read, with the cure."""
+    """Return why the date stated in a file could not be interpreted, with the remedy."""
     found = _readings(text)
     cure = "write it as 2026-03-31T18:30:00Z in the file, or file the drop with tdbmon archive add --dropped TIME"
     why = f"may be {' or '.join(found)}" if found else "is not understood"
@@ -61,7 +61,7 @@ def unread_date(text: str) -> str:
 
 
 def _readings(text: str) -> list[str]:
-    """Return all that a text may mean, in ISO 8601."""
+    """Return all possible interpretations of a date text, in ISO 8601."""
     text = _OFFSET_OF.sub("", re.sub(r" (UTC|GMT)$", "Z", text.strip()))
     try:
         datetime.fromisoformat(text)
@@ -71,14 +71,14 @@ def _readings(text: str) -> list[str]:
 
 
 def _orders(text: str) -> list[tuple[bool, bool]]:
-    """Return in which orders numbers may make a day: whether the day comes first, and whether the year."""
+    """Return the possible orders of day, month and year in a text as pairs (day first, year first)."""
     if _WHOLE_YEAR_FIRST.match(text):
         return [(False, True)]
     return [(True, False)] if _DOTTED.search(text) else [(True, False), (False, False), (False, True)]
 
 
 def _read(text: str, day_first: bool, year_first: bool) -> str:
-    """Return what a text means with the numbers of its day in an order; "" where it states no whole day."""
+    """Return a text parsed with the given order of day, month and year, in ISO 8601; "" if it states no full date."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", UnknownTimezoneWarning)

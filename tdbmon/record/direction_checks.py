@@ -1,4 +1,4 @@
-"""Checks of the probes' directions by what a rotor must do: fall down, and whirl forward from unbalance."""
+"""Checks of the probe orientation: a released rotor must fall downwards, and unbalance must cause forward whirl."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from tdbmon.record.finding import Check, um
 from tdbmon.record.held_end import DOWN_DEG, Path, aside, held_ends, middle
 from tdbmon.record.samples import times_of
 
-_LEVITATED_S = 5e-3  # at the start; of a record with less the release is not found either
-STANDS = 0.3  # of the radial gap: a levitated shaft moves less, by zone A of ISO 14839-2
-_LIES = 0.7  # of it, from the probes' zero: a levitated shaft stands nearer
-_ACROSS = 0.17  # sine of the angle between two probes that span the plane: 10 degrees
+_LEVITATED_S = 5e-3  # levitation needed at the start; with less, the release cannot be detected either
+STANDS = 0.3  # of the radial gap: a levitated shaft moves less (zone A of ISO 14839-2)
+_LIES = 0.7  # of the gap, from the probes' zero: a levitated shaft is closer to the centre
+_ACROSS = 0.17  # smallest sine of the angle between two probes that resolve the plane: 10 degrees
 _LEAST_SAMPLES = 200
-_MOVED = (0.3, 10.0)  # gaps between levitation and rest; less is no fall, more no rotor
+_MOVED = (0.3, 10.0)  # radial gaps between levitation and rest: less is not a fall, more is impossible
 
 
 def motions_of(ds: xr.Dataset, machine: Machine) -> dict[str, Path]:
-    """Return time, s, and x + i y at the probes, m, of each end that two probes see which span the plane."""
+    """Return time, s, and x + i y at the probe plane, m, of each end with two probes that resolve both directions."""
     return {end: motion for end in machine.ends if (motion := _motion_at(ds, machine, end)) is not None}
 
 
@@ -38,11 +38,11 @@ def _motion_at(ds: xr.Dataset, machine: Machine, end: str) -> Path | None:
 
 
 def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
-    """A rotor falls down: the settled position must lie below the first one, seen by any pair of probes.
+    """Check at each end that the settled position lies below the initial one, since a released rotor falls.
 
-    Nothing is said of an end that at first does not stand still in the clearance: such a record begins after the release.
-    Nor of one that stays levitated while the other one falls, nor of one that goes round wider than its mean place lies from
-    there: a shaft that whirls right round the clearance settles nowhere.
+    Not checked is an end that does not initially stand still within the clearance (the record begins after the release), one
+    that stays levitated while the other falls, and one whose final whirl orbit is larger than the displacement of its mean
+    position: a shaft that whirls around the full clearance does not settle.
     """
     found = []
     motions = motions_of(ds, machine)
@@ -74,7 +74,7 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
 
 
 def whirl_directions(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[Check]:
-    """Unbalance whirls forward: a backward 1X orbit while the rotor still levitates tells of swapped probes."""
+    """Check that the 1X orbit of the levitated rotor whirls forward; a backward orbit indicates swapped probes."""
     found: list[Check] = []
     if hz is None or hz <= 0:
         return found
@@ -91,7 +91,7 @@ def whirl_directions(ds: xr.Dataset, machine: Machine, hz: float | None) -> list
             forward, backward = backward, forward
         left = float(np.sqrt(np.mean(np.abs(z - basis @ fit) ** 2)))
         if max(forward, backward) < left:
-            continue  # 1X does not stand out of what else happens
+            continue  # 1X does not exceed the residual
         swapped = backward > 3 * forward
         sense = "backward" if swapped else "forward"
         detail = f"1X whirls {sense} at the start ({um(forward)} forward, {um(backward)} backward)"

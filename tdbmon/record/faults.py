@@ -1,6 +1,6 @@
-"""Where a sampled signal is faulty: runs of missing or frozen samples, clipped tops, spikes and steps.
+"""Detection of faults in a sampled signal: runs of frozen samples, clipped peaks, spikes and level steps.
 
-Pure functions of arrays; what they mean for a machine is said in `tdbmon.record.quality`.
+Pure functions of arrays; their findings are interpreted for a machine in `tdbmon.record.quality`.
 """
 
 from __future__ import annotations
@@ -11,29 +11,29 @@ import numpy as np
 
 from tdbmon.runs import Runs, runs_of
 
-_FLAT = 10  # samples of one value in a moving signal that are no coincidence
-_TOP = 3  # samples of one value at an extreme that are no turning point
-_CLIPPED = 5  # equal samples at the extreme below full scale: fewer are a rounded peak
-_SPIKE = 5  # samples at most
-_ABRUPT = 5  # quanta between neighbouring samples that tell motion from the last digit's flicker
-_MANY = 10_000  # steps that tell the usual one
-_AROUND = 50  # samples on either side of a run that tell whether the signal moves
+_FLAT = 10  # equal samples in a moving signal that cannot be a coincidence
+_TOP = 3  # equal samples at an extreme value that cannot be a turning point
+_CLIPPED = 5  # equal samples at an extreme below full scale: fewer may be a quantised peak
+_SPIKE = 5  # longest spike, samples
+_ABRUPT = 5  # quanta between neighbouring samples: distinguishes motion from flicker of the last digit
+_MANY = 10_000  # steps used to estimate the typical step
+_AROUND = 50  # samples on either side of a run used to judge whether the signal moves
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A channel prepared for the search: its steps and its resolution, computed once.
+    """A channel with its first differences, resolution and constant runs, computed once for all searches.
 
     Parameters
     ----------
     values : numpy.ndarray, shape (n,)
-        NaN where nothing was measured.
+        Samples, NaN where missing.
     steps : numpy.ndarray, shape (n - 1,)
-        Differences of neighbours.
+        First differences.
     quantum : float
-        Smallest difference of neighbours that is not zero: the resolution of a quantised signal.
+        Smallest nonzero absolute difference between neighbours: the resolution of a quantised signal.
     flat : Runs
-        Stretches of at least three equal samples.
+        Runs of at least three equal samples.
     """
 
     values: np.ndarray
@@ -43,13 +43,13 @@ class Signal:
 
 
 def prepare(values: np.ndarray) -> Signal:
-    """Prepare a channel; infinite samples count as missing."""
+    """Return a channel prepared for the search; infinite samples count as missing."""
     if np.isinf(values).any():
         values = np.where(np.isfinite(values), values, np.nan)
     steps = np.diff(values)
     size = np.abs(steps)
     moving = size[size > 0]
-    # rounding of decimal values makes differences of 1e-16: they are no resolution; nor is a step to 1e30 and back a motion
+    # differences of 1e-16 come from rounding of decimals, not from resolution; the quantile ignores a step to 1e30 and back
     usual = float(np.quantile(moving[:: moving.size // _MANY + 1], 0.9)) if moving.size else 0.0
     moving = moving[moving > 1e-9 * usual]
     quantum = float(moving.min()) if moving.size else 0.0
@@ -59,7 +59,7 @@ def prepare(values: np.ndarray) -> Signal:
 
 
 def clipped_runs(signal: Signal, full_scale: tuple[float, float] | None) -> Runs:
-    """Return runs of equal samples at full scale, or at the largest or smallest value where it is reached abruptly."""
+    """Return runs of equal samples at full scale, or at the largest or smallest value if it is reached abruptly."""
     flat = signal.flat
     if not len(flat) or signal.quantum == 0.0:
         return Runs(np.empty(0, dtype=int), np.empty(0, dtype=int))
@@ -75,11 +75,11 @@ def clipped_runs(signal: Signal, full_scale: tuple[float, float] | None) -> Runs
 
 
 def frozen_runs(signal: Signal) -> Runs:
-    """Return long runs of equal samples within a signal that moves before or after by much more than its resolution."""
+    """Return long runs of equal samples in a signal that moves by much more than its resolution before or after."""
     flat = signal.flat.where(signal.flat.length >= _FLAT)
     if not len(flat):
         return flat
-    # no further: where a swing turns, coarse steps stand still for a while too
+    # no longer than the run: a coarsely quantised signal is also constant for a while at its turning points
     beside, last = np.minimum(flat.length, _AROUND), flat.first + flat.length - 1
     sides = ((flat.first - beside, flat.first), (last, last + beside))
     moves = [_usual_step(signal.steps, *side) >= 3 * signal.quantum for side in sides]
@@ -87,20 +87,20 @@ def frozen_runs(signal: Signal) -> Runs:
 
 
 def _usual_step(steps: np.ndarray, first: np.ndarray, stop: np.ndarray) -> np.ndarray:
-    """Return the median size of the steps in stretches of at most `_AROUND`; NaN where too few are in one, or none is known."""
+    """Return the median absolute step in stretches of at most `_AROUND` steps; NaN if there are too few or none is known."""
     first, stop = np.maximum(first, 0), np.minimum(stop, steps.size)
     at = first[:, None] + np.arange(_AROUND)
     size = np.where(at < stop[:, None], np.abs(steps[np.minimum(at, steps.size - 1)]), np.nan)
-    size.sort(axis=1)  # NaN comes last
+    size.sort(axis=1)  # NaN is sorted last
     known, row = np.isfinite(size).sum(axis=1), np.arange(len(first))
     middle = 0.5 * (size[row, np.maximum(known - 1, 0) // 2] + size[row, known // 2])
     return np.where(stop - first >= _FLAT, middle, np.nan)
 
 
 def jumped_runs(signal: Signal, runs: Runs) -> np.ndarray:
-    """Tell which runs are entered and left by a jump: by far more than the signal moves in the samples beside it.
+    """Tell which runs are entered and left by a jump much larger than the steps of the adjacent samples.
 
-    A peak that is cut off is reached and left at the signal's own rate.
+    A clipped peak, in contrast, is entered and left at the signal's own rate of change.
     """
     size = np.abs(np.nan_to_num(signal.steps))
     jumped = np.zeros(len(runs), dtype=bool)
@@ -115,7 +115,7 @@ def jumped_runs(signal: Signal, runs: Runs) -> np.ndarray:
 
 
 def spikes(signal: Signal, height: float) -> Runs:
-    """Return the runs of up to five samples that stand out of both neighbours by at least `height`.
+    """Return the runs of up to five samples that deviate from both neighbours by more than `height` to the same side.
 
     The first and the last sample have one neighbour only.
     """
@@ -126,7 +126,7 @@ def spikes(signal: Signal, height: float) -> Runs:
         out = np.minimum(np.abs(rise), np.abs(fall))
         alone = (rise * fall < 0) & (out > height) & (np.abs(rise + fall) < 0.3 * out)
         for i in np.flatnonzero(alone):
-            # a rotor that bounces may do so within some samples of a slow record, but not from one velocity to three times it
+            # in a slow record a bounce may last a few samples only, but the velocity does not triple from step to step
             beside = np.concatenate(
                 (size[max(i - 3, 0) : i], size[i + 1 : i + width], size[i + width + 1 : i + width + 4])
             )
@@ -139,9 +139,9 @@ def spikes(signal: Signal, height: float) -> Runs:
 
 
 def level_steps(signal: Signal, height: float) -> np.ndarray:
-    """Return the indices before which the signal jumps by at least `height` from one sample to the next and stays.
+    """Return the indices at which the signal jumps by more than `height` from the previous sample to a new lasting level.
 
-    A rotor has inertia: its velocity does not triple for one sample and come back.
+    Owing to its inertia, a rotor cannot triple its velocity for one sample only.
     """
     size = np.abs(signal.steps)
     found = []

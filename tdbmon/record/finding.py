@@ -1,4 +1,4 @@
-"""What a check of a record found, and how a finding says numbers."""
+"""The result of a check of a record, and the formatting of numbers in such results."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.runs import Runs
 
 @dataclass(frozen=True)
 class Check:
-    """A check that was made: of which channel ("" for the record), whether it passed, and what was found."""
+    """The result of one check: its name, the channel ("" for the whole record), whether it passed, and the details."""
 
     check: str
     channel: str
@@ -20,9 +20,9 @@ class Check:
 
 
 def um(length: float) -> str:
-    """Return a length in m as text in um: to a tenth, which is about what probes resolve, with two figures below one.
+    """Return a length in m as text in um: to 0.1 um, about the resolution of probes, or to two digits below 1 um.
 
-    From 10 mm on, which only a wrong unit shows, in mm.
+    Lengths from 10 mm on, which only a wrong unit can cause, are given in mm.
     """
     value = length * 1e6
     if abs(value) >= 1e4:
@@ -31,6 +31,6 @@ def um(length: float) -> str:
 
 
 def span(time: np.ndarray, runs: Runs) -> str:
-    """Return from when to when runs of samples reach, as text."""
+    """Return the time span from the first to the last sample of some runs, as text."""
     first, last = time[runs.first[0]], time[runs.first[-1] + runs.length[-1] - 1]
     return f"between {first:.5g} s and {last:.5g} s"

@@ -1,4 +1,4 @@
-"""The contract of a file format: one file in `tdbmon.record.formats` each."""
+"""The interface of a file format; each format is one module in `tdbmon.record.formats`."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from tdbmon.record.channel import Content
 
 
 class Format(Protocol):
-    """How files of one kind are known and read.
+    """How files of one format are recognised and read.
 
-    `read` may raise any exception on a damaged file: `tdbmon.record.read` turns it into an `InputError` that names
-    the file and the format.  It opens and closes the file itself and leaves no lazy handle behind.
+    `read` may raise any exception on a damaged file: `tdbmon.record.read` converts it to an `InputError` that names
+    the file and the format.  It opens and closes the file itself and leaves no lazily loaded handle open.
     """
 
-    name: str  # as people know the format
-    extra: str | None  # the extra of this distribution that installs its library; None in the base install
+    name: str  # common name of the format
+    extra: str | None  # optional dependency group that installs its library; None if in the base install
 
     def recognises(self, head: bytes, path: Path) -> bool:
         """Tell from the first bytes of the file (at most 4096) whether it is of this format."""
@@ -29,12 +29,12 @@ class Format(Protocol):
 
 
 def library(module: str, reader: Format, path: Path) -> Any:
-    """Import the library of an optional format for a file.
+    """Import and return the library that an optional format needs to read a file.
 
     Raises
     ------
     InputError
-        If it is not installed, with the command that installs it.
+        If it is not installed; the message gives the install command.
     """
     try:
         return importlib.import_module(module)

@@ -1,7 +1,7 @@
-"""An end that its magnetic bearing goes on holding while the other one falls: no drop of this end, and no fault of its probes.
+"""Detection of a shaft end that stays levitated while the other one drops: neither a drop of this end nor a probe fault.
 
-It stays well inside its gap.  So does, as it is read, a shaft that falls on a scale several times too small; but that settles
-straight down, by most of its greatest excursion, and a whirl on such a scale goes on moving as widely.
+Such an end stays well within its gap.  So does, apparently, a falling shaft whose displacement is scaled several times too
+small; but that one settles straight below by most of its greatest excursion, or whirls on with undiminished amplitude.
 """
 
 from __future__ import annotations
@@ -17,41 +17,41 @@ from tdbmon.record.finding import Check, um
 
 Path = tuple[NDArray[np.float64], NDArray[np.complex128]]
 
-_TOUCHED = 0.75  # of the smallest gap: who never gets so far from where he levitated touched nothing
-HEAD_S = 5e-3  # at the start, that shows where the shaft levitates
-_WAITS = 5.0  # times the fall through the gap: the other end has fallen for so long at least
-_FREE = 0.9  # of that time, before which nothing is touched
-_LATE = 0.25  # of what follows the other end's fall: there the shaft has settled, if it does
-# of the greatest excursion, by which a shaft that fell lies away at rest at least; three quarters are usual
+_TOUCHED = 0.75  # of the smallest gap: a shaft that never moves this far from its levitated position made no contact
+HEAD_S = 5e-3  # start of the record that gives the levitated position
+_WAITS = 5.0  # times the free-fall time through the gap: required duration after the other end's fall
+_FREE = 0.9  # of the free-fall time: no contact is possible before
+_LATE = 0.25  # of the record after the other end's fall, at its end: a shaft that settles at all has settled by then
+# of the greatest excursion: least distance of a fallen shaft's rest position from levitation; 0.75 is typical
 _SETTLES = 0.5
-_MOVES = 0.5  # of it, rms: a whirl
-DOWN_DEG = 60.0  # within which a fall goes down, however the bearing bounced it aside
-_LEAST_TURNS, _TURNS = 5, 20  # of the shaft, in which it is asked for once per revolution
-_BOUNCING_S = 0.1  # after the fall of the other end, whose blows are felt at this one
-_SLOWER = 0.15  # of the speed, by which it falls until then at most
-_HUM = 0.05  # of the speed: mains so near look like once per revolution
+_MOVES = 0.5  # of the greatest excursion, rms: more is a whirl
+DOWN_DEG = 60.0  # from straight down: a fallen shaft rests within, however it bounced sideways
+_LEAST_TURNS, _TURNS = 5, 20  # revolutions: least and usual length of the stretches searched for 1X
+_BOUNCING_S = 0.1  # after the other end's fall, while its impacts are felt at this end
+_SLOWER = 0.15  # of the speed: largest drop until then
+_HUM = 0.05  # of the speed: mains hum this close is indistinguishable from 1X
 
 
 def middle(z: NDArray[np.complex128]) -> complex:
-    """Return the median place of a path, axis by axis: numpy's own median of complex numbers is a point on an orbit."""
+    """Return the median position of a path, axis by axis (numpy's complex median sorts by x and returns an orbit point)."""
     return complex(np.median(z.real), np.median(z.imag))
 
 
 def aside(moved: complex) -> float:
-    """Return by how much a motion goes to the side of straight down, deg."""
+    """Return the absolute angle of a displacement from straight down, deg."""
     return abs(float(np.degrees(np.angle(moved / -1j))))
 
 
 def never_touches(start: complex, reach: float, bearing: TouchdownBearing, share: float = _TOUCHED) -> bool:
-    """Return whether a shaft that levitates at `start` (from the middle, m) and moves by `reach` at most touched nothing.
+    """Return whether a shaft levitated at `start` (from the centre, m) with the largest excursion `reach`, m, made no contact.
 
-    That is less than a `share` of the smallest gap.
+    That is, `reach` is less than the fraction `share` of the smallest radial gap left at `start`.
     """
     return reach < share * (bearing.radial_gap.low - abs(start))
 
 
 def ends_in_fall(planes: xr.Dataset, end: str, machine: Machine, release_s: float) -> str:
-    """Say that a record ends while an end still falls; "" where it may have touched, or had the time to."""
+    """Return a message if the record ends while this end is still falling; "" if contact was possible before."""
     time, z = paths_of(planes)[end]
     before, after = np.isfinite(z) & (time < release_s), np.isfinite(z) & (time >= release_s)
     bearing, left = machine.bearing(end), float(time[-1]) - release_s
@@ -75,7 +75,7 @@ def held_ends(paths: Mapping[str, Path], machine: Machine) -> dict[str, float]:
     Parameters
     ----------
     paths : mapping
-        Time, s, and x + i y, m, of the ends that are seen, from levitation on; NaN where a sample is missing.
+        Time, s, and x + i y, m, of each measured end, beginning in levitation; NaN where a sample is missing.
     machine : Machine
     """
     if machine.gravity <= 0:
@@ -98,7 +98,7 @@ def held_ends(paths: Mapping[str, Path], machine: Machine) -> dict[str, float]:
 
 
 def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
-    """Return when the first of some ends has gone farther than a levitated shaft does, s; None where none has."""
+    """Return the time, s, at which the first of some ends leaves the range of a levitated shaft; None if none does."""
     when = []
     for end, (time, z) in paths.items():
         good = np.isfinite(z)
@@ -112,7 +112,7 @@ def falls_at(paths: Mapping[str, Path], machine: Machine) -> float | None:
 
 
 def _like_a_fall(late: NDArray[np.complex128], reach: float) -> bool:
-    """Return whether a shaft lies or moves late in a record, from where it levitated, as a drop on a small scale does."""
+    """Return whether the late motion relative to the levitated position resembles a drop measured on too small a scale."""
     rest = complex(np.mean(late))
     return bool((aside(rest) < DOWN_DEG and abs(rest) > _SETTLES * reach) or np.std(late) > _MOVES * reach)
 
@@ -120,18 +120,18 @@ def _like_a_fall(late: NDArray[np.complex128], reach: float) -> bool:
 def turns_throughout(
     time: NDArray[np.float64], signal: NDArray[np.float64], hz: float, fell: float, mains: float
 ) -> bool:
-    """Return whether a probe sees the shaft turn before and after the other end falls: then it is neither dead nor cut off.
+    """Return whether a probe shows 1X before and after the other end's fall, so that it is neither dead nor cut off.
 
     Parameters
     ----------
     time, signal : (n,) arrays
-        s and m, without missing samples.
+        Time, s, and displacement, m, without missing samples.
     hz : float
-        Speed before the fall.
+        Speed before the fall, Hz.
     fell : float
-        When the other end falls, s.
+        Time of the other end's fall, s.
     mains : float
-        Hz; hum near the speed tells nothing.
+        Mains frequency, Hz; if it is close to the speed, the result is False, as 1X cannot be told from hum.
     """
     if hz <= 0 or abs(hz - mains) < _HUM * hz:
         return False
@@ -144,7 +144,7 @@ def turns_throughout(
 
 
 def _turns(time: NDArray[np.float64], signal: NDArray[np.float64], hz: float) -> bool:
-    """Return whether a line at the speed, or a little below it, stands out of all else in a stretch."""
+    """Return whether a line at or slightly below the speed dominates the variance of a stretch."""
     if len(time) < 8 or (time[-1] - time[0]) * hz < _LEAST_TURNS:
         return False
     t, y = time - time[0], signal - np.mean(signal)
@@ -154,14 +154,14 @@ def _turns(time: NDArray[np.float64], signal: NDArray[np.float64], hz: float) ->
 
 
 def paths_of(planes: xr.Dataset) -> dict[str, Path]:
-    """Return the paths of the ends at the bearing planes (`tdbmon.analysis.axes.to_planes`)."""
+    """Return the path of each end at its bearing plane (`tdbmon.analysis.axes.to_planes`)."""
     time = planes.time.to_numpy()
     x, y = planes.displacement.transpose("axis", "end", "time").to_numpy()
     return {str(end): (time, x[i] + 1j * y[i]) for i, end in enumerate(planes.end.values)}
 
 
 def said_held(end: str, reach: float, machine: Machine) -> str:
-    """Say that an end stayed levitated."""
+    """Return the statement that an end stayed levitated, with its largest excursion."""
     gap = machine.bearing(end).radial_gap.nominal
     return (
         f"stayed levitated (did not fall): it moves {um(reach)} at most from where it levitated, in a gap of {um(gap)}"
@@ -169,7 +169,7 @@ def said_held(end: str, reach: float, machine: Machine) -> str:
 
 
 def held_check(end: str, reach: float, machine: Machine) -> Check:
-    """Return the row that says so among the checks of a record."""
+    """Return the failed check for an end that stayed levitated."""
     others = " and ".join(each for each in machine.ends if each != end)
     said = f"{said_held(end, reach, machine)}, while {others} fell: the magnetic bearing held this end, and only {others} dropped"
     return Check("held", end, False, said)

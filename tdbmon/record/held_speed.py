@@ -1,6 +1,6 @@
-"""A speed whose value stands for many samples: that of a slow tachometer or a controller, recorded at the logger's rate.
+"""Sample-and-hold speed signals: a slow tachometer or controller output, recorded at the logger's higher rate.
 
-Each value is that at its update or before, by up to the time that it stands: samples between updates tell nothing.
+Each value is the speed at its update or up to one hold time earlier; samples between updates carry no information.
 """
 
 from __future__ import annotations
@@ -13,18 +13,18 @@ from tdbmon.record.held_values import changes, with_some_samples
 from tdbmon.record.samples import times_of
 from tdbmon.record.timebase import usual_interval
 
-HELD = "held_s"  # attribute of a speed: how long each of its values stands, s
-_LEAST = 3  # samples: a converter's steps in noise come one by one
-_EARLY = 4096  # samples, that mostly show already that none is held
-_SHORT = 0.1  # of the stretches are shorter than one that surely holds one update
-_ONE = 1.5  # times that stretch: longer ones hold several updates to one value
-_SAME = 1.01  # times the smallest change of value: all are steps of one converter
+HELD = "held_s"  # attribute of a speed: its hold time, s
+_LEAST = 3  # samples: shorter holds are quantised noise
+_EARLY = 4096  # first samples, mostly sufficient to see that no value is held
+_SHORT = 0.1  # quantile of the hold lengths taken as a single update
+_ONE = 1.5  # times that length: longer holds contain several updates to the same value
+_SAME = 1.01  # times the smallest change: if no change is larger, all are single steps of a converter
 
 
 def speed_at_updates(ds: xr.Dataset) -> tuple[xr.Dataset, list[Check]]:
-    """Return a record with each value of a held speed once, at the time at which it came, and a remark where it is held.
+    """Return a record with a held speed reduced to its updates, and a remark; unchanged and no remark if not held.
 
-    It is then on a time base of its own, with the attribute `HELD`.
+    The reduced speed has a time base of its own and the attribute `HELD`.
     """
     found = updates(ds["speed"].to_numpy()) if "speed" in ds else None
     if found is None:
@@ -41,19 +41,19 @@ def speed_at_updates(ds: xr.Dataset) -> tuple[xr.Dataset, list[Check]]:
 
 
 def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
-    """Return the samples at which a held signal (n,) was updated, and for how many samples each value stands.
+    """Return the indices at which a held signal (n,) was updated, and the hold length in samples.
 
-    An update to the same value is no change: a stretch that is longer than most is divided evenly, and the first, whose update
-    may lie before the record, from its end.  A signal without noise that a coarse converter rounds has stretches too, but every
-    change of it is one step of that: samples tell more of it than updates.
+    Updates to the same value are invisible: a longer hold is divided evenly, and the first one, whose update may precede the
+    record, is divided backwards from its end.  A noise-free signal with coarse quantisation also has constant stretches, but
+    each of its changes is one quantum; it is not treated as held, as its samples contain more information than its updates.
 
     Returns
     -------
     (m,) array of int and float, or None
-        None where the values are not held.
+        Update indices and hold length; None if the values are not held.
     """
     known = np.isfinite(values)
-    # what is missing is no other value
+    # a missing sample is not a change: fill forward
     values = values[np.maximum.accumulate(np.where(known, np.arange(values.size), 0))]
     if _shortest(values[:_EARLY]) < _LEAST:
         return None
@@ -79,6 +79,6 @@ def updates(values: np.ndarray) -> tuple[np.ndarray, float] | None:
 
 
 def _shortest(values: np.ndarray) -> int:
-    """Return the shortest stretch of one value that begins and ends within a signal, in samples; all of it without one."""
+    """Return the shortest hold that begins and ends within a signal, in samples; the signal's length if there is none."""
     found = changes(values)
     return int(np.diff(found).min()) if found.size > 1 else values.size

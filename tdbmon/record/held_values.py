@@ -1,6 +1,6 @@
-"""Probes sampled more slowly than the table that they were written into: every value stands several times.
+"""Sample-and-hold probe signals: probes sampled more slowly than the table they were exported to, with repeated values.
 
-Held values look like flat tops and dropouts, and date what happens half a step late.
+Held values look like clipped peaks and dropouts, and delay all events by half a hold length.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ import xarray as xr
 from tdbmon.record.finding import Check
 from tdbmon.record.timebase import usual_rate
 
-_FEWEST = 50  # changes of value, by which it is told
-_EARLY = 4096  # samples, that mostly show already that none is held
-_MOST_STEPS = 0.5  # of all steps, that change the value: fewer are those of a coarse converter
+_FEWEST = 50  # changes of value needed for a decision
+_EARLY = 4096  # first samples, mostly sufficient to see that no value is held
+_MOST_STEPS = 0.5  # least fraction of holds that end with a change of value: fewer indicate coarse quantisation
 
 
 def at_own_rates(ds: xr.Dataset, probes: Sequence[str]) -> tuple[xr.Dataset, list[Check]]:
-    """Return a record with each held value of its probes once, at the time at which it came, and a remark on each held probe."""
+    """Return a record with held probe signals reduced to one sample per hold, and a remark for each such probe."""
     remarks: list[Check] = []
     for name in probes:
         first, times_held = held(ds[name].to_numpy())
@@ -35,7 +35,7 @@ def at_own_rates(ds: xr.Dataset, probes: Sequence[str]) -> tuple[xr.Dataset, lis
 
 
 def with_some_samples(ds: xr.Dataset, name: str, once: slice | np.ndarray, own: str) -> xr.Dataset:
-    """Return a record with some samples of a channel only, on a time base `own`."""
+    """Return a record with a channel reduced to the samples `once`, on a separate time base named `own`."""
     array = ds[name]
     time = ds[array.dims[0]]
     taken = xr.Variable(own, array.to_numpy()[once], array.attrs, array.encoding)
@@ -43,7 +43,7 @@ def with_some_samples(ds: xr.Dataset, name: str, once: slice | np.ndarray, own: 
 
 
 def held(values: np.ndarray) -> tuple[int, int]:
-    """Return where the first whole step of a signal (n,) begins, and how many samples each step lasts; 1 where none is held."""
+    """Return the index of the first complete hold of a signal (n,), and the hold length in samples; 1 if not held."""
     early = changes(values[:_EARLY])
     if early.size > 2 and np.gcd.reduce(np.diff(early)) == 1:
         return 0, 1
@@ -57,6 +57,6 @@ def held(values: np.ndarray) -> tuple[int, int]:
 
 
 def changes(values: np.ndarray) -> np.ndarray:
-    """Return the samples whose value is another than the one before, both known."""
+    """Return the indices of samples that differ from the previous sample, both being finite."""
     known = np.isfinite(values)
     return np.flatnonzero((np.diff(values) != 0) & known[1:] & known[:-1]) + 1

@@ -1,4 +1,4 @@
-"""What is in a file, without a machine."""
+"""Summary of the contents of a file, without a machine file."""
 
 from __future__ import annotations
 
@@ -18,16 +18,16 @@ from tdbmon.record.timebase import LONG, usual_interval
 _HEADINGS = (
     "channel", "kind", "unit in file", "rate", "samples", "start", "duration", "gaps", "min", "mean", "max", "NaN",
 )  # fmt: skip
-_MOST = 10  # channels left out, and other things than channels, that the terminal tells of
+_MOST = 10  # largest number of channels left out, and of variables that are not channels, listed in the terminal
 
 
 @dataclass(frozen=True)
 class ChannelInfo:
-    """One channel in numbers; `minimum`, `mean` and `maximum` are in `unit` and None where no sample has a value."""
+    """Summary of one channel; `minimum`, `mean` and `maximum` are in `unit`, or None if no sample is finite."""
 
     name: str
-    stored: str  # what the file stores it under, where its name is a label
-    kind: str  # displacement, speed, keyphasor, voltage or other: a guess from unit, name and values
+    stored: str  # name under which the file stores it, if `name` is a label
+    kind: str  # displacement, speed, keyphasor, voltage or other: guessed from unit, name and values
     unit: str
     source_unit: str
     rate_hz: float | None
@@ -43,7 +43,7 @@ class ChannelInfo:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What is in a file."""
+    """Summary of a file: its provenance, date, channels, and what was left out."""
 
     file: str
     reader: str
@@ -51,12 +51,12 @@ class Inspection:
     size: int
     title: str
     drop_time: str
-    drop_time_from: str  # what that time is, where it need not be the drop's
-    drop_time_unread: str  # what the file states as its date, where that is not understood
+    drop_time_from: str  # meaning of that time, if it may differ from the drop's
+    drop_time_unread: str  # the date as stated in the file, if it could not be interpreted
     machine: str
     incomplete: str
-    left_out: dict[str, str]  # channels whose samples have no time, and why
-    beside: dict[str, str]  # what is no channel, and along which dimensions it lies
+    left_out: dict[str, str]  # channels that cannot be used, with the reason
+    beside: dict[str, str]  # variables that are not channels, with their dimensions
     channels: tuple[ChannelInfo, ...]
 
     def to_json(self) -> dict[str, Any]:
@@ -86,7 +86,7 @@ class Inspection:
 
 
 def inspect(path: str | Path) -> Inspection:
-    """Read a file and say what is in it.
+    """Read a file and return a summary of its contents.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Keyphasor: one pulse a revolution, from which shaft angle and speed follow; or several, of which one a revolution is kept."""
+"""Keyphasor: detection of its pulses, reduced to one per revolution, and the shaft angle and speed that follow from them."""
 
 from __future__ import annotations
 
@@ -14,36 +14,36 @@ from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.timebase import before_holes
 from tdbmon.runs import runs_of
 
-_NEAR = 6  # intervals on either side that hold at least one without a missed pulse
-_WINDOW = 9  # pulses around an interval that tell what is usual there
-_SHORT = 0.6  # of the usual interval: below, a pulse is one too many
-_LONG = 1.5  # times the usual interval: above, a pulse was missed
-_NO_LEVELS = 0.3  # of the difference of the levels: noise alone, cut at its middle, scatters by 0.37 around the two
-_LONE, _BRIEF = 5, 20  # spikes at most, and samples that one lasts
-_WIDE = 0.1  # of the pulses; if no more have two samples, most are shorter than one
-_BOUNCE = 0.1  # of the long intervals around: an edge that follows so soon belongs to the same pulse
-# quantiles of the intervals around: two or three edges a pulse leave the one long, the other short
+_NEAR = 6  # intervals on either side, at least one of which contains no missed pulse
+_WINDOW = 9  # intervals in the window that gives the typical interval
+_SHORT = 0.6  # of the typical interval: below, there is a surplus pulse
+_LONG = 1.5  # times the typical interval: above, a pulse was missed
+_NO_LEVELS = 0.3  # of the level difference: pure noise split at its middle scatters by 0.37 about the two levels
+_LONE, _BRIEF = 5, 20  # largest number of spikes, and longest spike in samples
+_WIDE = 0.1  # of the pulses: if no more than this have two samples, pulses are shorter than a sample
+_BOUNCE = 0.1  # of the long intervals nearby: an edge that follows this soon belongs to the same pulse
+# quantiles of the intervals nearby: with two or three edges per pulse the first is long, the second short
 _PASSES, _FEW = 0.75, 0.375
 
 
 @dataclass(frozen=True)
 class Pulses:
-    """The keyphasor's pulses after the surplus ones were dropped.
+    """The keyphasor's pulses after removal of surplus ones.
 
     Parameters
     ----------
     times : numpy.ndarray, shape (n,)
         Time of the edge that marks the shaft angle, s.
     turns : numpy.ndarray of int, shape (n,)
-        Revolutions since the first pulse; a missed pulse leaves a number out.
+        Revolutions since the first pulse; a missed pulse leaves out a number.
     sigma : float
         Standard deviation of a pulse's time, s.
     missed, extra : int
-        Pulses that should have come and did not; pulses that came too many and were dropped.
+        Number of missed pulses, and of surplus pulses removed.
     in_holes : int
-        Of those missed, how many would have come where the time axis skips samples.
+        Number of missed pulses that fall into gaps of the time axis.
     quality : str
-        The same in words.
+        Summary of the above in words.
     """
 
     times: np.ndarray
@@ -58,23 +58,23 @@ class Pulses:
 def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
     """Detect the keyphasor's pulses.
 
-    The two levels come from the signal itself; an edge counts once the signal has crossed a hysteresis around their
-    middle, and its time is where the straight line between the samples around the crossing meets the middle.  For a
-    signal of two levels that is half a sample before the first sample of the new level.
+    The two levels are estimated from the signal itself.  An edge counts once the signal has crossed a hysteresis band around
+    the threshold midway between them; its time is interpolated linearly between the samples around the threshold crossing.
+    For a signal of only two values that is half a sample before the first sample of the new level.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        A record laid over a machine (`tdbmon.record.assign.assign`).
+        A record assigned to a machine (`tdbmon.record.assign.assign`).
     machine : tdbsim.machine.Machine
-        ``keyphasor.edge`` says which edge marks the angle, ``keyphasor.pulses_per_revolution`` how many there are: of several
-        the first and each that comes whole revolutions later are kept, whatever the others are spaced like.  Nothing tells
-        which of them passes ``keyphasor.angle``.
+        ``keyphasor.edge`` is the edge that marks the angle, ``keyphasor.pulses_per_revolution`` the number of pulses.  If
+        there are several, the first and every one whole revolutions later are kept, whatever the spacing of the others; it
+        is unknown which of them corresponds to ``keyphasor.angle``.
 
     Returns
     -------
     Pulses
-        Without any pulse where the signal has none; `Pulses.quality` then says why.
+        Empty if the signal has no pulses; `Pulses.quality` then gives the reason.
 
     Raises
     ------
@@ -118,15 +118,15 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
 
 
 def pulses_if_any(ds: xr.Dataset, machine: Machine) -> Pulses | None:
-    """Return the keyphasor's pulses (see `pulses`), None where the record or the machine has no keyphasor."""
+    """Return the keyphasor's pulses (see `pulses`); None if the record or the machine has no keyphasor."""
     return pulses(ds, machine) if machine.keyphasor is not None and "keyphasor" in ds else None
 
 
 def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
-    """Return the sampling rate that gives each pulse two samples, Hz; None where pulses last longer than a sample.
+    """Return the sampling rate that gives each pulse two samples, Hz; None if pulses are longer than a sampling interval.
 
-    A pulse shorter than a sample falls between two as often as not, and none then holds more than one.  The share of the
-    time that they take tells how short they are, by the fastest speed that the record states.
+    Shorter pulses often fall between two samples, and hardly any has more than one sample.  Their duration is estimated from
+    their duty cycle and the highest speed in the record.
     """
     if machine.keyphasor is None or "keyphasor" not in ds:
         return None
@@ -136,7 +136,7 @@ def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
     if levels is None:
         return None
     high = values > sum(levels) / 2
-    found = runs_of(high if high.mean() < 0.5 else ~high)  # some sensors pull down at the mark
+    found = runs_of(high if high.mean() < 0.5 else ~high)  # some sensors give a low pulse at the mark
     if len(found) < _WINDOW or np.mean(found.length > 1) > _WIDE:
         return None
     fastest = 1 / float(np.diff(time[found.first]).min())
@@ -148,19 +148,19 @@ def sampling_for_pulses(ds: xr.Dataset, machine: Machine) -> float | None:
 
 
 def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarray:
-    """Return the shaft's angle, counted on over the revolutions.
+    """Return the unwrapped shaft angle at given times.
 
-    Between pulses the angle follows a monotone cubic (PCHIP; F. N. Fritsch and J. Butland, SIAM J. Sci. Stat. Comput.
-    5, 1984, 300-304), so that it never runs backwards.
+    Between pulses the angle is interpolated by a monotone cubic (PCHIP; F. N. Fritsch and J. Butland, SIAM J. Sci. Stat.
+    Comput. 5, 1984, 300-304), so that it never runs backwards.
 
     Parameters
     ----------
     pulses : Pulses
-        Of the record.
+        Pulses of the record.
     time : numpy.ndarray, shape (n,)
-        Where the angle is wanted, s.
+        Times at which the angle is evaluated, s.
     machine : tdbsim.machine.Machine
-        ``keyphasor.angle`` is the angle at the pulses; the angle falls where the rotor turns clockwise.
+        ``keyphasor.angle`` is the angle at the pulses; the angle decreases for clockwise rotation.
 
     Returns
     -------
@@ -179,17 +179,17 @@ def shaft_angle(pulses: Pulses, time: np.ndarray, machine: Machine) -> np.ndarra
 
 
 def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the mean speed between neighbouring pulses.
+    """Return the mean speed between consecutive pulses.
 
     Returns
     -------
     time : numpy.ndarray, shape (n - 1,)
-        Middle of each interval, s.
+        Midpoint of each interval, s.
     hz : numpy.ndarray, shape (n - 1,)
-        Revolutions over time, Hz.
+        Revolutions per time, Hz.
     sigma : numpy.ndarray, shape (n - 1,)
-        Standard deviation of `hz` from that of the two edges, ``sqrt(2) sigma hz / interval``; neighbouring intervals
-        share an edge, so that their errors are correlated with -1/2.
+        Standard deviation of `hz` due to that of the two edges, ``sqrt(2) sigma hz / interval``; adjacent intervals
+        share an edge, so that their errors have a correlation of -1/2.
     """
     if pulses.times.size < 2:
         return np.empty(0), np.empty(0), np.empty(0)
@@ -199,14 +199,14 @@ def speed(pulses: Pulses) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def stated_over_counted(ds: xr.Dataset, pulses: Pulses, slowest: float = -np.inf) -> tuple[np.ndarray, np.ndarray]:
-    """Return the speed that a channel states over that of the pulses, turn by turn while the channel goes, and its scatter.
+    """Return the ratio of the speed channel to the keyphasor speed for each revolution, and its standard deviation.
 
-    Of turns faster than `slowest`, Hz.
+    Only revolutions faster than `slowest`, Hz, count.
 
     Returns
     -------
     ratio, sigma : numpy.ndarray, shape (n,)
-        Of the turns between the channel's first and last value, and the standard deviation by that of the pulses.
+        For the revolutions between the channel's first and last value; `sigma` stems from the timing of the pulses.
     """
     at, hz, sigma = speed(pulses)
     time, stated = known_samples(ds["speed"])
@@ -217,9 +217,9 @@ def stated_over_counted(ds: xr.Dataset, pulses: Pulses, slowest: float = -np.inf
 
 
 def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
-    """Return the speed that a channel states over that of the pulses: 1 where both are of one shaft.
+    """Return the ratio of the speed channel to the keyphasor speed, which is 1 if both are correct.
 
-    Median over the revolutions, with its standard error from their interquartile range (asymptotic, for normal errors).
+    The median over the revolutions, with its standard error from the interquartile range (asymptotic, for normal errors).
     """
     if "speed" not in ds or "keyphasor" not in ds or machine.keyphasor is None:
         return Estimate.missing("1", "the record does not hold both a speed channel and keyphasor pulses")
@@ -236,7 +236,7 @@ def _none(why: str) -> Pulses:
 
 
 def _levels(values: np.ndarray) -> tuple[float, float] | None:
-    """Return the low and the high level: medians of the samples below and above the middle between them."""
+    """Return the low and the high level: medians of the samples below and above their midpoint; None if there is one only."""
     if values.size < 2:
         return None
     smallest, largest = float(values.min()), float(values.max())
@@ -256,7 +256,7 @@ def _levels(values: np.ndarray) -> tuple[float, float] | None:
 
 
 def _beside_spikes(values: np.ndarray) -> tuple[float, float] | None:
-    """Return the levels of pulses beside which a few spikes, as of the trip itself, are far higher; None without both."""
+    """Return the levels of pulses in a signal with a few much larger spikes, as caused by the trip; None otherwise."""
     above = values > (float(values.min()) + float(values.max())) / 2
     spikes = above if above.mean() < 0.5 else ~above
     runs = runs_of(spikes)
@@ -271,7 +271,7 @@ def _beside_spikes(values: np.ndarray) -> tuple[float, float] | None:
 
 
 def _edges(time: np.ndarray, level: np.ndarray, noise: float) -> tuple[np.ndarray, float | None]:
-    """Return the times of the rising edges from level 0 to 1, and their standard deviation where sampling alone sets it."""
+    """Return the times of the rising edges from level 0 to 1, and their standard deviation if due to sampling alone."""
     half = float(np.clip(4 * noise, 0.1, 0.4))
     state = np.where(level > 0.5 + half, 1, np.where(level < 0.5 - half, -1, 0))
     known = np.flatnonzero(state)
@@ -290,9 +290,9 @@ def _edges(time: np.ndarray, level: np.ndarray, noise: float) -> tuple[np.ndarra
 
 
 def _noise_of(level: np.ndarray) -> float:
-    """Return the standard deviation around the two levels, robustly, or from one sample to the next where that is less.
+    """Return a robust standard deviation of the noise: about the two levels or from first differences, whichever is less.
 
-    Hum and drift make no edge, and a hysteresis of their size swallows pulses.
+    Hum and drift cause no edges, and a hysteresis band as wide as they are would miss pulses.
     """
     away = np.abs(level - (level > 0.5))
     steps = np.abs(np.diff(level)) / np.sqrt(2)
@@ -300,7 +300,7 @@ def _noise_of(level: np.ndarray) -> float:
 
 
 def _usual(intervals: np.ndarray, share: float) -> np.ndarray:
-    """Return the quantile `share` of the intervals around each one."""
+    """Return the moving quantile `share` of the intervals, in a window around each one."""
     n = intervals.size
     width = min(_WINDOW, n)
     windows = np.lib.stride_tricks.sliding_window_view(intervals, width)
@@ -309,7 +309,7 @@ def _usual(intervals: np.ndarray, share: float) -> np.ndarray:
 
 
 def _without_bounces(edges: np.ndarray) -> np.ndarray:
-    """Keep the first edge of each pulse where most pulses have two or three: the usual interval is then one of theirs."""
+    """Keep the first edge of each pulse if most pulses bounce: the typical interval is then one between bounces."""
     intervals = np.diff(edges)
     if intervals.size < _WINDOW:
         return edges
@@ -319,7 +319,7 @@ def _without_bounces(edges: np.ndarray) -> np.ndarray:
 
 
 def _without_extra(edges: np.ndarray) -> np.ndarray:
-    """Drop pulses that come much too early after the one before: bounces and double pulses."""
+    """Remove pulses that follow the previous one much too early: occasional bounces and double pulses."""
     kept = edges
     for _ in range(10):
         if kept.size < 4:
@@ -327,7 +327,7 @@ def _without_extra(edges: np.ndarray) -> np.ndarray:
         intervals = np.diff(kept)
         usual = _usual(intervals, 0.5)
         short = np.flatnonzero(intervals < _SHORT * usual)
-        # a rotor that slows has short intervals only against later ones: they must be short against earlier ones too
+        # during coast-down, intervals are short relative to later ones: require them to be short relative to earlier ones too
         short = short[(short == 0) | (intervals[short] < _SHORT * np.maximum(intervals[short - 1], usual[short - 1]))]
         short = short[np.diff(short, prepend=-2) > 1]
         if short.size == 0:
@@ -338,7 +338,7 @@ def _without_extra(edges: np.ndarray) -> np.ndarray:
 
 
 def _surplus(intervals: np.ndarray, i: int, usual: float) -> int:
-    """Return which pulse of the short interval `i` to drop: the one that leaves the more usual interval."""
+    """Return the pulse of the short interval `i` to remove: the one whose removal leaves the more typical interval."""
     if i == 0:
         return 1 if intervals.size > 1 and abs(intervals[0] + intervals[1] - usual) < abs(intervals[1] - usual) else 0
     if i == intervals.size - 1:
@@ -349,9 +349,9 @@ def _surplus(intervals: np.ndarray, i: int, usual: float) -> int:
 
 
 def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
-    """Count revolutions at the pulses; an interval of k times what both sides expect holds k - 1 missed pulses.
+    """Return the cumulative pulse count and the number missed; an interval of k expected ones contains k - 1 missed pulses.
 
-    Where every other pulse is missed five times or more from the record's start, that looks like half the speed.
+    If every other pulse is missed five times or more at the record's start, this cannot be told from half the speed.
     """
     n = times.size - 1
     if n < 3:
@@ -359,29 +359,29 @@ def _turns(times: np.ndarray) -> tuple[np.ndarray, int]:
     intervals = np.diff(times)
     steps = np.ones(n, dtype=int)
     for i in np.flatnonzero(intervals[:-1] > _LONG * _usual(intervals, 1 / 3)[:-1]):
-        # the shortest nearby is a whole revolution even where every other pulse is missed; a rotor that comes to rest
+        # the shortest interval nearby is a single one even if every other pulse is missed; a rotor coming to rest
         # has only longer ones ahead
         after = np.min(intervals[i + 1 : i + 1 + _NEAR])
         before = np.min(intervals[max(i - _NEAR, 0) : i]) if i else after
         expected = max(before, after)
         if intervals[i] > _LONG * expected:
             steps[i] = max(round(intervals[i] / expected), 1)
-    # the last interval has nothing after it, and that of a rotor that comes to rest may be as long as it likes
+    # the last interval has no successor, and as the rotor comes to rest it may be arbitrarily long
     if intervals[-1] > _LONG * (slowest := _next(intervals[:-1] / steps[:-1])):
         steps[-1] = round(intervals[-1] / slowest)
     return np.concatenate(([0], np.cumsum(steps))), int((steps - 1).sum())
 
 
 def _missed_in_holes(edges: np.ndarray, turns: np.ndarray, time: np.ndarray) -> int:
-    """Return how many pulses are missing where the times (n,), s, of the channel's samples skip some."""
+    """Return how many of the missed pulses fall into gaps of the channel's times (n,), s."""
     within = np.diff(np.searchsorted(before_holes(time), edges)) > 0
     return int((np.diff(turns) - 1)[within].sum())
 
 
 def _next(intervals: np.ndarray) -> float:
-    """Return the longest turn that can follow, by the strongest deceleration of the last ones; infinite where it is the last.
+    """Return the longest possible next interval, from the largest recent deceleration; infinite if the rotor may stop first.
 
-    At a constant deceleration the square of the speed falls by as much every turn.
+    At constant deceleration the square of the speed decreases by the same amount in every revolution.
     """
     square = intervals[-_NEAR:] ** -2.0
     left = square[-1] - 2 * max(float(-np.diff(square).min()), 0.0)
@@ -389,9 +389,9 @@ def _next(intervals: np.ndarray) -> float:
 
 
 def _scatter(times: np.ndarray, turns: np.ndarray) -> float:
-    """Return the standard deviation of the pulse times about a smooth course, from third differences.
+    """Return the standard deviation of the pulse times about a smooth trend, from third differences.
 
-    White errors of variance s^2 give third differences of variance (1 + 9 + 9 + 1) s^2; the median makes it robust.
+    White noise of variance s^2 gives third differences of variance (1 + 9 + 9 + 1) s^2; the median makes it robust.
     """
     third = np.diff(times, 3)[np.diff(turns[1:-1]) == 1] if times.size > 4 else np.empty(0)
     if third.size < 8:

@@ -1,7 +1,7 @@
-"""A speed signal that comes late: a tachometer or a controller that averages shows a falling speed after it has fallen.
+"""Detection of a lagging speed signal: an averaging tachometer or controller reads too high during coast-down.
 
-Its ratio to the keyphasor's speed is 1 while the levitated shaft turns steadily, and more from when it slows.  Taken for a scale,
-that ratio would make the speed before the drop too low.
+Its ratio to the keyphasor speed is 1 at constant speed in levitation and larger during coast-down.  Interpreted as a scale
+error, that ratio would make the speed before the drop too low.
 """
 
 from __future__ import annotations
@@ -11,17 +11,17 @@ import xarray as xr
 
 from tdbmon.record.keyphasor import Pulses, speed, stated_over_counted
 
-_FIRST = 10  # turns at the start
-_FEWEST = 4  # of them, and of those after
-_NEAR = 0.9  # of the first speed: further down a zero that is off changes the ratio too
-_LATE = 0.01  # of the speed: so much more than at first is no scatter
-_CLEARLY = 5.0  # standard deviations
+_FIRST = 10  # revolutions at the start
+_FEWEST = 4  # fewest revolutions at the start, and after it
+_NEAR = 0.9  # of the initial speed: at lower speeds an offset of the signal changes the ratio too
+_LATE = 0.01  # relative increase of the ratio that exceeds its scatter
+_CLEARLY = 5.0  # standard deviations of the increase
 
 
 def lag(ds: xr.Dataset, marks: Pulses | None) -> float | None:
-    """Return how many times more a speed signal reads, over the keyphasor, once the rotor slows; None where it keeps up.
+    """Return the factor by which the ratio of speed signal to keyphasor speed rises in coast-down; None if it does not.
 
-    Nothing is said where pulses were missed or too many: then the keyphasor may be what is wrong.
+    None also if there are missed or surplus pulses, as the keyphasor itself may then be at fault.
     """
     if marks is None or marks.missed or marks.extra or "speed" not in ds:
         return None
@@ -39,5 +39,5 @@ def lag(ds: xr.Dataset, marks: Pulses | None) -> float | None:
 
 
 def _error(ratio: np.ndarray) -> float:
-    """Return the standard error of a median, by the median deviation."""
+    """Return the standard error of a median, from the median absolute deviation."""
     return 1.2533 * 1.4826 * float(np.median(np.abs(ratio - np.median(ratio)))) / np.sqrt(ratio.size)

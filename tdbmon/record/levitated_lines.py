@@ -1,4 +1,4 @@
-"""The lines that the levitated shaft draws before it falls: above all the one of its own turning."""
+"""Spectral lines of the levitated shaft before the drop, above all the 1X line."""
 
 from __future__ import annotations
 
@@ -8,36 +8,37 @@ import numpy as np
 import xarray as xr
 from tdbsim.machine import Machine
 
-_FALLEN = 0.3  # of the radial gap: a shaft that has moved so far levitates no more
-_LIES, _UPRIGHT = 0.7, 0.5  # of the gap below the probes' zero, as all probes see it that stand so upright (sine)
-_START_S = 10e-3  # that shows where the shaft levitates
-_LEAST_S = 40e-3  # of levitation, for a line to be told from its neighbours
-_MOST_S = 0.25  # of it that is looked at: a shaft that coasts at 200 Hz then slows by no more than a cell
-STANDS_OUT = 16.0  # times the median power around it: chance lets one line in 65 000 do so
-STRONG = 100.0  # the same, for a line that contradicts the speed
-_AROUND = (3.0, 25.0)  # cells of the spectrum to either side that tell what is usual there
-_NEAR = 0.75  # cells: within which a line is at a frequency
-_RESOLVED = 3  # cells: a slower turning cannot be told from drift
-_APART = 0.3  # cells: nearer lines, of which one is strong, cannot be told apart
+_FALLEN = 0.3  # of the radial gap: a shaft that has moved this far is no longer levitated
+_LIES, _UPRIGHT = 0.7, 0.5  # of the gap below the probes' zero, by all probes whose angle has at least this sine
+_START_S = 10e-3  # start of the record that gives the levitated position
+_LEAST_S = 40e-3  # of levitation, required to resolve lines
+_MOST_S = 0.25  # of levitation used: a shaft coasting at 200 Hz then slows by no more than one bin
+STANDS_OUT = 16.0  # times the median power around it: false-alarm probability 1 in 65 000
+STRONG = 100.0  # the same, required of a line that contradicts the stated speed
+_AROUND = (3.0, 25.0)  # resolution bins on either side that give the background power
+_NEAR = 0.75  # bins: tolerance for a line at a given frequency
+_RESOLVED = 3  # bins: a lower speed cannot be told from drift
+_APART = 0.3  # bins: closer lines, one of which is strong, cannot be told apart
 _MAINS = 12  # harmonics
-WIDTH = 1.5  # cells: half of a line's width under the window
+WIDTH = 1.5  # bins: half width of a line with the Hann window
 
 
 @dataclass(frozen=True)
 class LevitatedLines:
-    """Spectrum of the displacements before the shaft falls, all probes together.
+    """Power spectrum of the displacements before the shaft falls, summed over all probes.
 
     Attributes
     ----------
     hz, power : numpy.ndarray, shape (n,)
+        Frequency, Hz, in steps of a quarter of `cell` (zero padding), and power.
     cell : float
-        Resolution, Hz.
+        Resolution, Hz: the bin width without zero padding.
     each : numpy.ndarray, shape (probes, n)
         Power of each probe.
     time : numpy.ndarray, shape (m,)
-        Of the levitated stretch, s.
+        Times of the levitated stretch, s.
     levels : numpy.ndarray, shape (probes, m)
-        Displacements in it less their straight line, m.
+        Displacements in this stretch after linear detrending, m.
     """
 
     hz: np.ndarray
@@ -48,41 +49,41 @@ class LevitatedLines:
     levels: np.ndarray
 
     def at(self, hz: float) -> float:
-        """Greatest power within a line's width, and nought outside what the spectrum resolves."""
+        """Return the largest power close to a frequency; 0 outside the range that the spectrum resolves."""
         return float(self._heights(self.power[None], hz)[0])
 
     def contrast(self, hz: float) -> float:
-        """Power of a line over the median of what lies around it; nought where the spectrum does not resolve it."""
+        """Return the ratio of a line's power to the background; 0 where the spectrum does not resolve it."""
         usual = self.usual(hz)
         return self.at(hz) / usual if usual > 0 else 0.0
 
     def usual(self, hz: float) -> float:
-        """Median power of what lies around a line; nought where the spectrum holds nothing there."""
+        """Return the background, the median power around a line; 0 outside the spectrum."""
         far = np.abs(self.hz - hz) / self.cell
         around = self.power[(far > _AROUND[0]) & (far < _AROUND[1])]
         return float(np.median(around)) if around.size else 0.0
 
     def bears_out(self, hz: float) -> bool:
-        """Whether a line stands at this frequency: a peak, and no flank of a neighbour."""
+        """Tell whether there is a line at this frequency: a peak, not the flank of a neighbouring line."""
         off = np.abs(self.hz - hz) / self.cell
         flank = self.power[(off >= _NEAR) & (off < WIDTH)]
         return self.contrast(hz) > STANDS_OUT and bool(self.at(hz) >= flank.max(initial=0.0))
 
     def outdoes(self, hz: float, other: float, times: float) -> bool:
-        """Whether a strong line stands at `hz`, of more than so many times the power at `other`."""
+        """Tell whether there is a strong line at `hz` with more than `times` the power at `other`."""
         return self.contrast(hz) > STRONG and self.at(hz) > times * self.at(other)
 
     def outdoes_in_most(self, hz: float, other: float, times: float) -> bool:
-        """The same in more than half of the probes too: one that is disturbed tells nothing of the shaft."""
+        """Tell whether `outdoes` holds in sum and in more than half of the probes, so that one disturbed probe cannot decide."""
         clear = self._heights(self.each, hz) > times * self._heights(self.each, other)
         return self.outdoes(hz, other, times) and bool(np.mean(clear) > 0.5)
 
     def resolves(self, hz: float) -> bool:
-        """Whether a line at this frequency would show."""
+        """Tell whether the spectrum resolves a line at this frequency."""
         return _RESOLVED * self.cell < hz < float(self.hz[-1])
 
     def strongest(self, mains_hz: float) -> float:
-        """Frequency of the strongest line that is not of the mains, Hz."""
+        """Return the frequency of the strongest line other than mains hum, Hz."""
         kept = np.where(self.hum(self.hz, mains_hz) | (self.hz < _RESOLVED * self.cell), 0.0, self.power)
         return float(self.hz[int(np.argmax(kept))])
 
@@ -93,14 +94,14 @@ class LevitatedLines:
         return np.asarray(power[:, near].max(axis=1))
 
     def is_hum(self, hz: float, mains_hz: float) -> bool:
-        """Whether the line at a frequency may be of the mains: a strong one shows to a part of a cell where it stands."""
+        """Tell whether the line at a frequency may be mains hum; a strong line is located to a fraction of a bin."""
         if not self.hum(np.array([hz]), mains_hz)[0]:
             return False
         off = abs(hz - np.rint(hz / mains_hz) * mains_hz)
         return off < _APART * self.cell or abs(self._peak(hz) - hz) > 0.5 * off
 
     def _peak(self, hz: float) -> float:
-        """Frequency of the line at `hz`: a parabola through the logarithms of the greatest power and its neighbours."""
+        """Return the frequency of the line near `hz`, from a parabola through the log power of the peak and its neighbours."""
         near = np.flatnonzero(np.abs(self.hz - hz) < _NEAR * self.cell)
         top = int(near[np.argmax(self.power[near])])
         if not 0 < top < len(self.hz) - 1:
@@ -109,23 +110,23 @@ class LevitatedLines:
         return float(self.hz[top] + shift * (self.hz[1] - self.hz[0]))
 
     def hum(self, hz: np.ndarray, mains_hz: float) -> np.ndarray:
-        """Which frequencies (n,), Hz, cannot be told from the mains and its harmonics."""
+        """Return a mask of the frequencies (n,), Hz, that cannot be told from the mains frequency and its harmonics."""
         order = np.rint(hz / mains_hz)
         return (order >= 1) & (order <= _MAINS) & (np.abs(hz - order * mains_hz) < WIDTH * self.cell)
 
 
 def vertex(power: np.ndarray) -> float:
-    """Return where a parabola through the logarithms of three powers is greatest, in steps from the middle one."""
+    """Return the vertex of a parabola through the logarithms of three powers, in steps from the middle one."""
     left, middle, right = np.log(np.maximum(power, 1e-300))
     bend = left - 2 * middle + right
     return float(0.5 * (left - right) / bend) if bend < 0 else 0.0
 
 
 def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
-    """Return the spectrum of the levitated shaft; None where the record holds too little of it.
+    """Return the power spectrum of the levitated shaft; None if the record contains too little levitation.
 
-    A window of Hann over the stretch from the first sample until a probe has moved by a third of the gap.  A shaft that never
-    does and lies low in its clearance fell before the record began: it swings at frequencies of its own.
+    A Hann window covers the stretch from the first sample until a probe is about to move by 0.3 gaps.  If none ever does and
+    the shaft lies low in its clearance, it fell before the record began and oscillates at other frequencies: None.
     """
     rows: list[np.ndarray] = []
     low_all_along: list[bool] = []
@@ -148,7 +149,7 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
         reach = _FALLEN * gap
         away = np.flatnonzero((row < low - reach) | (row > high + reach))
         if away.size:
-            falling = 1.2 * np.sqrt(2 * reach / max(machine.gravity, 1.0))  # what the fall to there took, and some more
+            falling = 1.2 * np.sqrt(2 * reach / max(machine.gravity, 1.0))  # duration of the fall to there, with a margin
             until = min(until, int(np.searchsorted(time, time[away[0]] - falling)))
         if away.size or abs(upright) > _UPRIGHT:
             low_all_along.append(not away.size and -np.nanmedian(row) / upright > _LIES * gap)
@@ -157,7 +158,7 @@ def levitated_lines(ds: xr.Dataset, machine: Machine) -> LevitatedLines | None:
         return None
     if not rows or time[max(until - 1, 0)] - time[0] < _LEAST_S:
         return None
-    # one value all along draws no line, but rounding would
+    # a constant channel has no lines, but its rounding errors would
     whole = [row[:until] for row in rows if np.isfinite(row[:until]).all() and np.ptp(row[:until]) > 0]
     if not whole:
         return None

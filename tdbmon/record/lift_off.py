@@ -1,6 +1,6 @@
-"""A lift-off: the record begins while the shaft lies on its touchdown bearings, and is levitated before it drops.
+"""Lift-off: the record begins with the shaft at rest on its touchdown bearings, which is levitated before it drops.
 
-What lies at the start is neither where the shaft levitates nor a fall; from the lift-off on the record is one of a drop.
+The initial rest position is neither the levitated position nor a drop; from lift-off on, the record is that of a normal drop.
 """
 
 from __future__ import annotations
@@ -12,18 +12,18 @@ from tdbsim.machine import Machine
 from tdbmon.record.finding import Check
 from tdbmon.runs import runs_of
 
-_UPRIGHT = 0.5  # sine of a probe's angle, from which on it sees how high the shaft is
-_SWINGS_S = 0.07  # at the start and at the end: at least two swings, whose middle is where it lies
-_SAME = 0.25  # of the gap, within which it lies in one place
-_UP = 0.5  # of the gap, above which it does not lie
-_HELD_S = 0.07  # longer than it bounces or swings so high
-_FALL_S = 0.02  # at the end of the time that it is up: it may fall already
-_ORBIT_S = 0.1  # before that: surely on the levitated orbit
-_WIDER = 2.0  # times that orbit: not levitated yet
+_UPRIGHT = 0.5  # least sine of the angle of a probe that measures the shaft's height
+_SWINGS_S = 0.07  # at the start and at the end: at least two oscillations, whose median is the rest position
+_SAME = 0.25  # of the gap: largest difference between the rest positions at start and end
+_UP = 0.5  # of the gap above the rest position: the shaft is lifted
+_HELD_S = 0.07  # longer than any bounce or oscillation reaches this height
+_FALL_S = 0.02  # end of the lifted stretch, in which the drop may already have begun
+_ORBIT_S = 0.1  # before that: certainly on the levitated orbit
+_WIDER = 2.0  # times the size of that orbit: not yet levitated
 
 
 def from_lift_off(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:
-    """Return a record laid over its machine from where the shaft levitates, and a failed check if something was left out."""
+    """Return the record from the instant at which the shaft is levitated, and a failed check if its start was removed."""
     since = _levitates_from(ds, machine)
     if since is None:
         return ds, []
@@ -36,7 +36,7 @@ def from_lift_off(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Ch
 
 
 def _levitates_from(ds: xr.Dataset, machine: Machine) -> float | None:
-    """Return from when a shaft that lay at first levitates, s; None where it did not lie, or where the record cannot tell."""
+    """Return when a shaft initially at rest becomes levitated, s; None if it was not at rest or the record cannot tell."""
     upright = [probe for probe in machine.probes if probe.name in ds and abs(np.sin(probe.angle)) > _UPRIGHT]
     if not upright:
         return None
@@ -52,7 +52,7 @@ def _levitates_from(ds: xr.Dataset, machine: Machine) -> float | None:
     first, last = np.nanmedian(head, axis=1), np.nanmedian(tail, axis=1)
     if np.any(np.abs(last - first) > _SAME):
         return None
-    seen = np.isfinite(height).any(axis=0)  # a stretch without values is not up: it is as what lies around it
+    seen = np.isfinite(height).any(axis=0)  # missing samples are removed, so that a gap does not count as lifted
     time, height = time[seen], height[:, seen]
     up = next(iter(runs_of(~np.any(height - first[:, None] <= _UP, axis=0)).lasting(time, _HELD_S)), None)
     if up is None:
@@ -61,7 +61,7 @@ def _levitates_from(ds: xr.Dataset, machine: Machine) -> float | None:
 
 
 def _from_orbit(time: np.ndarray, height: np.ndarray) -> float:
-    """Return from when a shaft that is up stays on the orbit that it has before it falls, s."""
+    """Return the time from which a lifted shaft stays on the orbit that it has just before the drop, s."""
     fallen = time[-1] - _FALL_S
     orbit = height[:, (time > fallen - min(_ORBIT_S, (fallen - time[0]) / 2)) & (time < fallen)]
     told = np.isfinite(orbit).any(axis=1)

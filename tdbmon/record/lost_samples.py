@@ -1,4 +1,4 @@
-"""Where a probe's channel measured nothing: it stands still while the shaft moves, spikes, or its peaks are cut off."""
+"""Invalid samples of probe channels: dropouts (frozen while the shaft moves), spikes and clipped peaks."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ JUMP = 0.1  # of the radial gap from one sample to the next
 
 
 def dropouts(signal: faults.Signal, clipped: Runs) -> Runs:
-    """Return the frozen stretches of a signal that are no peaks cut off; a channel that falls to its stop jumps there."""
+    """Return the frozen runs that are not clipped peaks; a dropout to the end of the range is entered and left by a jump."""
     runs = faults.frozen_runs(signal)
     return runs.where(~np.isin(runs.first, clipped.first) | faults.jumped_runs(signal, runs))
 
 
 def spikes(signal: faults.Signal, machine: Machine, probe: Probe) -> Runs:
-    """Return the spikes of a probe: samples that stand out of their neighbours as no rotor moves."""
+    """Return the spikes of a probe: samples that deviate from their neighbours more abruptly than a rotor can move."""
     return faults.spikes(signal, JUMP * machine.bearing(probe.end).radial_gap.nominal)
 
 
 def flat_tops(signal: faults.Signal, clipped: Runs) -> Runs:
-    """Return the peaks cut off, of which none is a dropout."""
+    """Return the clipped runs that are not dropouts."""
     return clipped.where(~np.isin(clipped.first, dropouts(signal, clipped).first))
 
 
 def clipped_of(array: xr.DataArray, signal: faults.Signal) -> Runs:
-    """Return the runs of a channel that stand at its limits, by its full scale where that is known."""
+    """Return the clipped runs of a channel, using its full scale where it is known."""
     limits = array.attrs.get("full_scale")
     return faults.clipped_runs(signal, (float(limits[0]), float(limits[1])) if limits is not None else None)
 
 
 def dropout_check(name: str, time: np.ndarray, runs: Runs) -> Check:
-    """Return the check of a channel's dropouts."""
+    """Return the result of the dropout check of a channel."""
     if not len(runs):
         return Check("dropout", name, True, "no frozen stretch")
     stretches = "one stretch" if len(runs) == 1 else f"{len(runs)} stretches"
@@ -51,7 +51,7 @@ def dropout_check(name: str, time: np.ndarray, runs: Runs) -> Check:
 
 
 def without_lost_samples(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record laid over its machine with dropouts and spikes of its probes as NaN; the record given keeps them."""
+    """Return a copy of a record with dropouts and spikes of the probes set to NaN."""
 
     def lost(probe: Probe, signal: faults.Signal, clipped: Runs) -> NDArray[np.bool_]:
         size = signal.values.size
@@ -61,7 +61,7 @@ def without_lost_samples(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def without_flat_tops(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record laid over its machine with the samples at which a probe's peaks are cut off as NaN."""
+    """Return a copy of a record with the clipped samples of the probes set to NaN."""
     return _without(ds, machine, lambda _, signal, clipped: flat_tops(signal, clipped).mask(signal.values.size))
 
 

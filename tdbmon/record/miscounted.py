@@ -1,8 +1,8 @@
-"""A speed that counts a revolution of the levitated shaft twice or thrice, or only every second or third one.
+"""Detection of a speed that counts each revolution of the levitated shaft two or three times, or only every second or third.
 
-Keyphasor and speed signal may do so alike, as both come from one counter; the shaft does not.  Unbalance and runout draw lines
-at whole multiples of its turning.  Twice per revolution may be the strongest, on an elliptical surface, but nothing on a shaft
-stands at parts of a revolution: a strong line at half the stated speed is once per revolution of a shaft that turns at that half.
+Keyphasor and speed signal may agree on this error, as both may come from one counter.  The shaft's lines from unbalance and
+runout, however, are at integer orders.  2X may be the strongest, with an elliptical surface, but no line is subsynchronous:
+a strong line at half the stated speed is the 1X line of a shaft that turns at half the stated speed.
 """
 
 from __future__ import annotations
@@ -12,26 +12,26 @@ from dataclasses import dataclass
 from tdbmon.record.levitated_lines import LevitatedLines
 
 _COUNTS = (2, 3)
-_CLEARLY = 4.0  # times the power at the stated speed: twice the amplitude, as 1X has over 2X
-_SEEN = 0.25  # the same, of a line that raises doubt: half the amplitude
-_FAINT = 0.01  # the same, of a line that its next multiple confirms: a tenth of the amplitude
-_ALONE = 25.0  # the same, of a multiple where once per revolution does not show at all
-_TEETH = range(4, 49)  # pulses a revolution that a toothed wheel may give
+_CLEARLY = 4.0  # times the power at the stated speed: twice the amplitude, as 1X relative to 2X
+_SEEN = 0.25  # the same for a line that raises doubt: half the amplitude
+_FAINT = 0.01  # the same for a line confirmed by its next multiple: a tenth of the amplitude
+_ALONE = 25.0  # the same for a multiple if there is no 1X line at all
+_TEETH = range(4, 49)  # pulses per revolution of possible toothed wheels
 _WORDS = {2.0: "twice", 1 / 2: "half", 1 / 3: "a third of"}
 
 
 @dataclass(frozen=True)
 class Miscounted:
-    """A speed as it is stated beside that of the shaft.
+    """A miscounted speed compared with that of the shaft.
 
     Attributes
     ----------
     times : float
-        Stated speed over that of the shaft: 2, 3 or more, 1/2 or 1/3.
+        Ratio of the stated speed to that of the shaft: 2, 3 or more, 1/2 or 1/3.
     hz : float
         Speed of the shaft, Hz.
     sure : bool
-        False where a line contradicts the stated speed, but something else may draw it.
+        False if a line contradicts the stated speed but may have another cause.
     """
 
     times: float
@@ -44,7 +44,7 @@ class Miscounted:
 
     @property
     def cause(self) -> str:
-        """What makes a speed be counted so."""
+        """The likely cause of the miscount, in words."""
         if self.times > 1:
             kept = f" (in a keyphasor: pulses_per_revolution = {self.times:.0f})"
             return f"{self.times:.0f} marks or pulses a revolution, each counted as one{kept}"
@@ -52,12 +52,12 @@ class Miscounted:
 
 
 def miscounted(lines: LevitatedLines, stated: float, mains_hz: float) -> Miscounted | None:
-    """Hold a speed against the lines of the levitated shaft.
+    """Compare a speed with the lines of the levitated shaft.
 
-    Counted twice or thrice is sure where the line of the part is clearly the stronger, or where the next multiple of that part
-    stands too (3/2 of the stated speed beside 1/2).  More often is never sure: some part of a speed is near any line.  Nor is
-    counted too rarely: magnets that do not answer once per revolution
-    leave the elliptical surface to be seen alone.
+    Double or triple counting is certain if the line at that fraction of the stated speed is clearly stronger, or if its next
+    multiple is also present (3/2 of the stated speed beside 1/2).  Higher counts are never certain, as any line is close to
+    some fraction of a speed.  Nor is counting too few: with magnets that do not respond at 1X, only the 2X line of an
+    elliptical surface may be visible.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ def miscounted(lines: LevitatedLines, stated: float, mains_hz: float) -> Miscoun
     stated : float
         Speed before the shaft falls, Hz.
     mains_hz : float
-        Its harmonics are no lines of the shaft.
+        Mains frequency, Hz; its harmonics are not lines of the shaft.
 
     Returns
     -------
     Miscounted or None
-        None where nothing contradicts the stated speed.
+        None if nothing contradicts the stated speed.
     """
 
     def of_the_shaft(hz: float) -> bool:
@@ -83,7 +83,7 @@ def miscounted(lines: LevitatedLines, stated: float, mains_hz: float) -> Miscoun
         confirmed = of_the_shaft(part * (3 if count == 2 else 2))
         sure = lines.outdoes_in_most(part, stated, _FAINT if confirmed else _CLEARLY)
         if sure or lines.outdoes_in_most(part, stated, _SEEN):
-            # twice a revolution of a shaft that turns at half or a third of it: six pulses look like three at first
+            # repeat for the lower speed: six pulses per revolution first look like two or three
             again = miscounted(lines, part, mains_hz)
             more = again.times if again is not None and again.times > 1 else 1.0
             return Miscounted(count * more, part / more, sure)

@@ -1,4 +1,4 @@
-"""Probes that misread in a drop: their peaks are cut off, they read where no rotor gets to, or nothing at the contacts."""
+"""Probes that measure wrongly in a drop: clipped, out of the possible range, or with missing samples at the contacts."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ from tdbmon.record.finding import Check
 from tdbmon.record.lost_samples import without_flat_tops
 from tdbmon.record.samples import times_of
 
-FEW = 0.005  # of the samples: more move the circle that is fitted to the rest
-_FAR = 3.0  # radial gaps from the centre: no rotor gets there
-_CONTACTS_S = 0.05  # from the release: the first contacts, of which no value is told where samples are missing
-_HIDDEN = 0.1  # of these contacts' samples: what is blank longer hides a contact, which lasts some 2 ms, with what is about it
+FEW = 0.005  # of the samples: more would bias the circle fitted to the others
+_FAR = 3.0  # radial gaps from the centre: beyond the reach of any rotor
+_CONTACTS_S = 0.05  # after the release: the first contacts, not evaluated where samples are missing
+_HIDDEN = 0.1  # of the samples in this time: a longer gap hides a contact, which lasts about 2 ms, and its surroundings
 _CHECKS = ("dropout", "nan", "clipping", "range")
 
 
 def limits(probe: Probe, gap: float) -> tuple[float, float]:
-    """Return what a probe can read at a radial gap, m: its range by the machine file, or a few gaps."""
+    """Return the plausible range of a probe's readings, m: that of the machine file, or plus and minus a few radial gaps."""
     return probe.range if probe.range is not None else (-_FAR * gap, _FAR * gap)
 
 
 def misread(ds: xr.Dataset, machine: Machine, start: float, checks: Iterable[Check]) -> dict[str, str]:
-    """Return the probes that misread in more than a few samples from an instant on (s), and the failed check that says how.
+    """Return the probes that are wrong in more than a few samples after time `start` (s), with the name of the failed check.
 
-    Missing samples count where they hide the first contacts, as a share of those alone, so that it does not matter how long
-    the record goes on: those that come later blank a little of the record only.
+    Missing samples count only during the first contacts, as a fraction of the samples there, so that the result does not
+    depend on the record's length; later ones affect only a small part of the record.
     """
     found: dict[str, str] = {}
     failed = {(entry.channel, entry.check) for entry in checks if not entry.passed}

@@ -1,8 +1,8 @@
-"""A speed signal whose scale is off by some per cent, as the levitated shaft shows where nothing counts its turns.
+"""Detection of a scale error of a few per cent in a speed signal, from the 1X line of the levitated shaft.
 
-So small an error lies within a line's width: in a tenth of a second, lines 10 Hz apart are one.  Yet where the shaft draws one
-line alone, its phase tells its frequency to a small part of that.  The signal's own course is followed, as a speed that falls
-draws no sharp line.
+Such a small error is within the width of a spectral line: in 0.1 s, lines 10 Hz apart merge.  But the frequency of a single
+line can be estimated to a small fraction of its width.  The line is sought along the trend of the speed signal, as a
+decreasing speed gives no sharp line.
 """
 
 from __future__ import annotations
@@ -13,27 +13,27 @@ import xarray as xr
 from tdbmon.record.levitated_lines import STANDS_OUT, STRONG, WIDTH, LevitatedLines, vertex
 from tdbmon.record.samples import known_samples
 
-_OFF = 0.02  # of the speed: less is followed by the analysis of the release
-_REACH = 0.15  # of the speed: so far the shaft's line is sought
-_STEP = 0.1  # cells between the scales that are tried
+_OFF = 0.02  # of the speed: smaller errors are handled in the analysis of the release
+_REACH = 0.15  # of the speed: search range for the 1X line
+_STEP = 0.1  # bins between the trial scales
 
 
 def true_speed(ds: xr.Dataset, lines: LevitatedLines, stated: float) -> float | None:
-    """Return the speed that the levitated shaft turns with, where it is near the stated one and yet another.
+    """Return the speed of the levitated shaft if it is close to, but different from, the stated one.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        With the channel "speed", Hz.
+        Record with the channel "speed", Hz.
     lines : LevitatedLines
-        Of the same record.
+        Spectrum of the same record.
     stated : float
-        What the speed signal reads at first, Hz.
+        Initial reading of the speed signal, Hz.
 
     Returns
     -------
     float or None
-        Hz; None where the signal is borne out, or nothing is told.
+        Speed, Hz; None if the signal is confirmed, or the record is inconclusive.
     """
     turns = _turns(ds, lines.time, stated)
     if turns is None:
@@ -54,7 +54,7 @@ def true_speed(ds: xr.Dataset, lines: LevitatedLines, stated: float) -> float | 
 
 
 def _turns(ds: xr.Dataset, time: np.ndarray, stated: float) -> np.ndarray | None:
-    """Angle of the shaft over the levitated stretch by the speed signal, revolutions: its course is a straight line there."""
+    """Return the shaft angle in the levitated stretch, revolutions, from a straight line fitted to the speed signal."""
     at, hz = known_samples(ds["speed"])
     near = (at >= time[0]) & (at <= time[-1])
     if near.sum() < 2:
@@ -66,13 +66,13 @@ def _turns(ds: xr.Dataset, time: np.ndarray, stated: float) -> np.ndarray | None
 
 
 def _power(levels: np.ndarray, turns: np.ndarray) -> float:
-    """Power of a line that turns so, over all probes, by the window of the spectrum."""
+    """Return the power at the instantaneous phase `turns`, revolutions, summed over all probes, with the Hann window."""
     wave = np.hanning(turns.size) * np.exp(-2j * np.pi * turns)
     return float(np.sum(np.abs(levels @ wave) ** 2))
 
 
 def _without(levels: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Return the displacements (probes, n) without a line that turns so."""
+    """Return the displacements (probes, n) minus the fitted line with the instantaneous phase `turns`, revolutions."""
     wave = np.column_stack([np.ones_like(turns), np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)])
     window = np.hanning(turns.size)[:, None]
     fitted, *_ = np.linalg.lstsq(window * wave, window * levels.T, rcond=None)

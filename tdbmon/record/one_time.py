@@ -1,7 +1,7 @@
-"""Probes that a logger stored on several time bases, read at the times of one.
+"""Resampling of probes that a logger stored on several time bases to a common one.
 
-Loggers stop their channels a few samples apart, and a multiplexed converter reads them one after the other.  An orbit needs
-both readings of an end at one time.
+Loggers may stop their channels a few samples apart, and a multiplexed converter samples them one after the other.  An orbit
+needs simultaneous readings of both probes of an end.
 """
 
 from __future__ import annotations
@@ -17,34 +17,34 @@ from tdbmon.record.finding import Check
 from tdbmon.record.samples import times_of
 from tdbmon.record.timebase import LONG, usual_interval
 
-_ONE_RATE = 0.01  # relative: of rates that are one but for clocks that drift
-_EXACT = 1e-3  # of an interval: so near, a sample stands for the wanted time
-_APART = 0.05  # of an interval, by which two clocks part over a record: less is rounding of their stamps
-_LEAST = 0.5  # of the record: a probe that has less is not worth cutting the others to it
-_MANY = 0.01  # of the record: to lose less is of no account
-# m/s^2, of a shaft in a hard contact: one that fell through 250 um at 0.07 m/s and is off again after 2 ms has 110 m/s^2, where
-# it whirls and bends up to twice as much
+_ONE_RATE = 0.01  # relative: sampling rates this close are equal except for clock drift
+_EXACT = 1e-3  # of an interval: a sample this close is used without interpolation
+_APART = 0.05  # of an interval: a smaller drift between two clocks over a record is rounding of the time stamps
+_LEAST = 0.5  # of the record: the others are not cut to a probe that covers less
+_MANY = 0.01  # of the record: a smaller loss is negligible
+# m/s^2 of a shaft in a hard contact: after a fall through 250 um it arrives at 0.07 m/s and, leaving after 2 ms, has
+# 110 m/s^2; with whirl and bending up to twice as much
 HARD_CONTACT = 200.0
 
 
 def on_one_time(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:
-    """Read probes of one rate at the times of the one time base that most of them have, over the stretch that all have.
+    """Resample probes of equal rate to the time base that most of them have, over the interval that all cover.
 
-    Where a probe was sampled between those times, its value is that of a straight line between its samples: over an
-    interval h that departs from a motion of acceleration a by at most ``a h^2 / 8``.
+    A probe sampled between those times is interpolated linearly: over a sampling interval h the error for a motion of
+    acceleration a is at most ``a h^2 / 8``.
 
     Parameters
     ----------
     ds : Dataset
-        Channels by their machine name.
+        Channels under their machine names.
     machine : Machine
 
     Returns
     -------
     ds : Dataset
-        Probes of one rate on one dimension; everything else as it was.
+        Probes of equal rate on one dimension; everything else unchanged.
     remarks : list of Check
-        What was cut or read between samples; passed where it is of no account.
+        What was cut or interpolated; passed if it is negligible.
     """
     remarks: list[Check] = []
     for names in _of_one_rate(ds, [probe.name for probe in machine.probes if probe.name in ds]):
@@ -69,9 +69,9 @@ def on_one_time(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Chec
 
 
 def best_time_base(ds: xr.Dataset, machine: Machine, names: Sequence[str]) -> tuple[str, ...]:
-    """Return those of the probes `names` that are on one time base: the one that shows most ends, then the fastest.
+    """Return those of the probes `names` that share the best time base: the one with orbits of most ends, then the fastest.
 
-    Readings at two rates give no orbit, and a contact that the slower one missed cannot be made up.
+    Probes sampled at two rates give no orbit, and a contact missed by the slower one cannot be recovered.
     """
     bases: dict[str, list[str]] = {}
     for name in names:
@@ -104,7 +104,7 @@ def _of_one_rate(ds: xr.Dataset, names: list[str]) -> list[list[str]]:
 
 
 def _overlap(reference: np.ndarray, time: np.ndarray) -> float:
-    """Return the share of a time base that another one covers."""
+    """Return the fraction of a time base that another one covers."""
     return float((min(reference[-1], time[-1]) - max(reference[0], time[0])) / (reference[-1] - reference[0]))
 
 
@@ -115,7 +115,7 @@ def _common(reference: np.ndarray, times: list[np.ndarray]) -> np.ndarray:
 
 
 def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Return values at the wanted times, and whether any lies between samples; NaN across a gap in time."""
+    """Return values at the wanted times, NaN within a gap in time, and whether any of them was interpolated."""
     usual = _interval(time)
     after = np.clip(np.searchsorted(time, wanted - _EXACT * usual), 1, time.size - 1)
     step = time[after] - time[after - 1]
@@ -128,11 +128,11 @@ def _read_at(wanted: np.ndarray, time: np.ndarray, values: np.ndarray) -> tuple[
 
 
 def _cut(owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray) -> list[Check]:
-    """Tell of each probe that begins late or ends early, by the probes' `owns` times, and so takes samples from the others."""
+    """Return a remark on each probe that begins late or ends early by its times in `owns`, so that the others are cut."""
     found = []
     for name, own in owns.items():
         lacks = int(np.sum(reference < own[0]) + np.sum(reference > own[-1]))
-        # a probe sampled between the others' times has none at their first or last
+        # a probe sampled between the others' times lacks a sample at their first or last time
         granted = 1 if own.size == reference.size else 0
         if lacks <= granted:
             continue

@@ -1,4 +1,4 @@
-"""Checks of the displacement channels, one by one and against each other."""
+"""Checks of the displacement channels, individually and against each other."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ from tdbmon.runs import Runs, runs_of
 
 SHORT_GAP = 5  # samples: half a millisecond at 10 kHz, a quarter of a typical first contact
 
-_STILL = 0.02  # of the radial gap: a probe that moves less has not seen the drop
-_STUCK = 0.3  # of the record: a probe that stands at one value as long is stuck
-_FALLS = 0.1  # of the radial gap: a shaft that moves less, by every probe, has not fallen
-_SOON = 3.0  # times the fall through the gap: within it the record ends, and a shaft may have moved straight down alone
-_LEVITATES = 0.6  # of the radial gap, pk-pk: a shaft that keeps within levitates (zone A of ISO 14839-2)
-_LASTS_S = 1e-3  # a spike is no fall
+_STILL = 0.02  # of the radial gap: a probe that moves less has not registered the drop
+_STUCK = 0.3  # of the record: a probe that is constant for longer is stuck
+_FALLS = 0.1  # of the radial gap: if all probes move less, the shaft has not fallen
+_SOON = 3.0  # times the free-fall time through the gap: until then the shaft may have moved straight down only
+_LEVITATES = 0.6  # of the radial gap, pk-pk: a levitated shaft moves less (zone A of ISO 14839-2)
+_LASTS_S = 1e-3  # shorter excursions are spikes
 _LIKE_A_DROP = (0.5, 3.0)  # of the radial gap, pk-pk
-# of what a probe moves, between where it stands at first and at last: a levitated shaft stays about one place
+# of the pk-pk motion, between the initial and final positions: a levitated shaft stays about one position
 _STAYS_AWAY = 0.3
 _FACTORS = {
     1000.0: "um written as mm, or nm as um", 25.4: "um written as mil", 1e6: "um written as m",
@@ -36,7 +36,7 @@ _FACTORS = {
 
 
 def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
-    """Check a probe by itself: missing samples, motion, unit, clipping, dropouts, range and jumps, as far as it shows them."""
+    """Check a single probe: missing samples, motion, unit, clipping, dropouts, range and jumps, as far as applicable."""
     name, array = probe.name, ds[probe.name]
     time, signal = times_of(array), faults.prepare(array.values)
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
@@ -48,32 +48,32 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     apart = peaks.mask(array.size)
     clipped = clipped_of(array, signal)
     lost = dropouts(signal, clipped)
-    # what a logger writes for nothing, such as -9999, has no unit
+    # a logger's code for "no value", such as -9999, must not affect the check of the unit
     absent = lost.where(faults.jumped_runs(signal, lost)).mask(array.size)
     held = signal.values[~apart & ~absent & ~np.isnan(signal.values)]
-    low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # a few odd samples decide no unit
+    low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # robust against a few outliers
     swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
     little = f"{um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver"
     found.append(Check("dead", name, not dead, f"moves by {little if dead else f'{um(moved)} pk-pk'}"))
     if dead and (not _moves_slowly(finite) or lost.longest > _STUCK * array.size):
-        return found  # noise has no unit that is written wrong, nor has what stands still
+        return found  # neither noise nor a stuck signal can show a wrong unit
     unit = _unit(name, moved, swing, gap, str(array.attrs.get("source_units", "")))
     found.append(unit)
     if dead:
         return found
     found += [_clipping(name, time, signal, flat_tops(signal, clipped)), dropout_check(name, time, lost)]
-    if unit.passed:  # else these would say the same once more, as of a dropout, which jumps and may be out of range
+    if unit.passed:  # with a wrong unit these checks would only repeat the finding
         measured = faults.prepare(np.where(lost.mask(array.size) | apart, np.nan, signal.values))
         steps = faults.level_steps(measured, JUMP * gap)
-        paused = np.diff(time) > LONG * np.median(np.diff(time))  # over a hole in time a rotor moves as far as it likes
+        paused = np.diff(time) > LONG * np.median(np.diff(time))  # a step across a gap in time is legitimate
         steps = steps[~paused[steps - 1]]
         found += [_range(name, time, measured, probe, gap), _jumps(name, time, signal, peaks, steps, gap)]
     return found
 
 
 def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
-    """A failed check where no probe moves as in a drop; None where one does, or where no probe holds a value."""
+    """Return a failed check if no probe moves as in a drop; None if one does, or if fewer than two have values."""
     travel, leaves = [], False
     for probe in probes:
         _, values = known_samples(ds[probe.name])
@@ -102,9 +102,10 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
 
 
 def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | None:
-    """A failed check where the record ends soon after the shaft left its orbit: a probe across the fall has moved little yet.
+    """Return a failed check if the record ends soon after the release, before probes across the fall could move; else None.
 
-    None where it did not levitate as long before, or where a probe moves there already as no levitated shaft does.
+    None also if the record before its last three free-fall times is shorter than these, or if a probe moves more there than
+    in levitation.
     """
     begun, gaps = [], [machine.bearing(probe.end).radial_gap.nominal for probe in probes]
     fall = float(np.sqrt(2 * max(gaps, default=0.0) / machine.gravity)) if machine.gravity > 0 else 0.0
@@ -122,7 +123,7 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
         begun += [float(time[lasting.first[0]])] if len(lasting) else []
     if not begun:
         return None
-    # from where a tenth of the gap has been fallen through back to where that began
+    # extrapolate back from a tenth of the gap to the start of the fall
     released = min(begun) - float(np.sqrt(_FALLS)) * fall
     after = float(time[-1]) - released
     where = "while the shaft still falls" if after < fall else "in its first contacts"
@@ -134,7 +135,7 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
 
 
 def _moves_slowly(values: np.ndarray) -> bool:
-    """Tell whether a signal is more than white noise, whose steps are as large as it is: a motion, however small it reads."""
+    """Tell whether a signal varies more slowly than white noise, so that it contains motion, however small its scale."""
     return float(np.std(values)) > 1.5 * float(np.std(np.diff(values))) / np.sqrt(2)
 
 
@@ -154,7 +155,7 @@ def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check
 
 
 def _where_stated(unit: str) -> str:
-    """Return where the unit of a probe comes from; `unit` is what the file states."""
+    """Return, in words, where the unit of a probe is defined; `unit` is the one stated in the file."""
     if unit and si_unit_of(unit) != si_unit_of("V"):
         return f"'{unit}' in the file (a unit in the machine file counts only where the file states none)"
     return (
@@ -205,7 +206,7 @@ def _jumps(name: str, time: np.ndarray, signal: faults.Signal, peaks: Runs, step
 
 
 def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
-    """Check that no two probes are one channel: equal sample by sample, though they move."""
+    """Check that no two probes are the same channel, i.e. identical sample by sample and not constant."""
     same: dict[str, list[str]] = {}
     for one, other in combinations(probes, 2):
         if ds[one.name].dims != ds[other.name].dims:
@@ -213,7 +214,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
         a, b = ds[one.name].values, ds[other.name].values
         alike = np.array_equal(a[:100], b[:100], equal_nan=True) and np.array_equal(a, b, equal_nan=True)
         moves = alike and np.nanmin(a, initial=np.inf) < np.nanmax(a, initial=-np.inf)
-        if moves:  # what stands still is dead, both of it
+        if moves:  # two constant channels are both dead instead
             same.setdefault(one.name, []).append(other.name)
             same.setdefault(other.name, []).append(one.name)
     cause = "sample by sample: one of them is another channel; check [channels] and the wiring"
@@ -224,7 +225,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
 
 
 def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check:
-    """Check that every sample of a channel at times (n,), s, has a value."""
+    """Check that a channel at times (n,), s, has no missing samples."""
     runs = runs_of(np.isnan(signal.values))
     if not len(runs):
         return Check("nan", name, True, "every sample has a value")

@@ -1,4 +1,4 @@
-"""Check of where the machine file puts the probes: along the shaft, each near the bearing of its own end."""
+"""Check of the axial probe positions in the machine file: each probe must be near the bearing of its own end."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from tdbsim.machine import Machine, Probe
 
 from tdbmon.record.finding import Check
 
-_FARTHER = 3.0  # times as far from its own bearing as from the other one: no plane of two is meant to stand there
+_FARTHER = 3.0  # times as far from its own bearing as from the other one: implausible for a probe plane
 
 
 def check_places(machine: Machine, probes: Iterable[Probe]) -> list[Check]:
-    """Return a failed check for each probe that the machine file puts by the bearing of the other end.
+    """Return a failed check for each probe that the machine file places near the bearing of the other end.
 
-    The line through the planes carries readings to the bearings: with a digit lost in a position it is steep, and no other
-    check need fail.
+    Readings are extrapolated to the bearings by the straight line through the probe planes; a lost digit in a position makes
+    this line wrong without necessarily failing any other check.
     """
     found = []
     for probe in probes:

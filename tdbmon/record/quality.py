@@ -1,4 +1,4 @@
-"""Can these channels be trusted?  Every finding with its number, its time and its cure."""
+"""Quality checks of a record's channels; every finding states a number, a time and a remedy."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ from tdbmon.record.suspect_gap import with_suspect_gap
 from tdbmon.record.timebase import LONG, usual_interval
 from tdbmon.runs import runs_of
 
-_SLOWEST = 2000.0  # Hz: a contact of 2 ms then has four samples
-_ROUNDING = 1e-3  # of a rate: so much less comes of rounded time stamps and of a logger's clock
-_LEAST = 0.5  # of a probe's samples that must have a value
+_SLOWEST = 2000.0  # Hz: gives four samples in a contact of 2 ms
+_ROUNDING = 1e-3  # of a rate: a smaller deviation comes from rounded time stamps or the logger's clock
+_LEAST = 0.5  # of a probe's samples: fewer with a value make it unfit
 _UNFIT = {
     "dead": "is dead",
     "identical": "equals another probe",
     "unit": "reads by a factor wrong",
-}  # by the failed check
-_WHOLE = 0.9  # of the probes' time: a slow channel's last sample is not so early
-_UNEVEN = 0.01  # of the interval: jitter that a spectrum shows
+}  # keyed by the failed check
+_WHOLE = 0.9  # of the probes' duration: even the last sample of a slow channel is later
+_UNEVEN = 0.01  # of the interval: jitter that affects a spectrum
 
 
 def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
-    """Check the channels of a record; only checks that could be made are listed.
+    """Check the channels of a record and return the results; only checks that could be performed are listed.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        A record laid over `machine` (`tdbmon.record.assign.assign`).
+        A record assigned to `machine` (`tdbmon.record.assign.assign`).
     machine : tdbsim.machine.Machine
-        Tells the gaps and the probes' ranges and angles.
+        Provides the gaps and the probes' ranges and angles.
 
     Returns
     -------
     tuple of Check
-        A channel that the file lacks is a failed check ``present`` that says what follows from it.
+        A channel missing from the file is a failed check ``present`` that states the consequences.
     """
     found: list[Check] = []
     if ds.attrs.get("incomplete"):
@@ -76,7 +76,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     found += check_places(machine, probes)
     found += ds.attrs.get("time_remarks", ())
     found += _rates(ds, machine, probes) + _ends_early(ds, probes)
-    # a shaft that does not fall, or not yet in every direction, tells neither dead probes nor wrong units
+    # if the shaft does not fall, or has hardly moved in some directions, neither dead probes nor wrong units can be detected
     early = no_drop(ds, machine, probes) or cut_in_fall(ds, machine, probes)
     marks = pulses_if_any(ds, machine)
     hovers = [] if early is not None else _at_held_ends(ds, machine, first_speed(ds, marks))
@@ -100,7 +100,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         why = ", as the shaft stands" if stands(ds) else ": check its cable and the logger's channel"
         found += _signal(ds, Check("dead", "keyphasor", stands(ds), f"holds one value only{why}"))
     found += twins(ds, probes)
-    if early is None:  # else the fall may hide in what seems levitated
+    if early is None:  # otherwise the apparent levitation may contain the fall
         found += check_bandwidth(
             ds.drop_vars({e.channel for e in found if not e.passed and e.check in _UNFIT}), machine
         )
@@ -117,7 +117,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
 
 
 def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[str]:
-    """Return the probes that move little since their end stays levitated: both see the shaft turn before and after the fall."""
+    """Return the probes that move little because their end stays levitated, if all of them show 1X before and after the drop."""
     motions = motions_of(ds, machine)
     held = held_ends(motions, machine)
     fell = falls_at({end: motion for end, motion in motions.items() if end not in held}, machine)
@@ -132,7 +132,7 @@ def _at_held_ends(ds: xr.Dataset, machine: Machine, hz: float | None) -> list[st
 
 
 class LeftOut(NamedTuple):
-    """Why a probe is not fit for analysis, in words to follow its name, and the check that tells more; "" for none."""
+    """Why a probe is unfit for analysis, as a phrase to follow its name, and the related check ("" for none)."""
 
     why: str
     see: str = ""
@@ -142,11 +142,11 @@ class LeftOut(NamedTuple):
 
 
 def left_out(ds: xr.Dataset, machine: Machine, checks: Iterable[Check]) -> dict[str, LeftOut]:
-    """Return the probes that are not fit for analysis, and why.
+    """Return the probes that are unfit for analysis, with the reason.
 
-    Those are probes that are missing, dead, identical with another one (one of the two is not what its name says), a
-    factor of ten or more off the gap, without a value in half of their samples or more, or on another time base than
-    the one that shows most.
+    These are probes that are missing, dead, identical to another one (one of the two is not what its name says), off by
+    a factor of ten or more relative to the gap, without a value in half of their samples or more, or not on the best
+    time base (`tdbmon.record.one_time.best_time_base`).
     """
     out = {p.name: LeftOut("is not in the record", "present") for p in machine.probes if p.name not in ds}
     for entry in checks:
@@ -160,7 +160,7 @@ def left_out(ds: xr.Dataset, machine: Machine, checks: Iterable[Check]) -> dict[
 
 
 def _mostly_missing(array: xr.DataArray) -> str:
-    """Say that a probe has too few values, and where to cut the record if it fails for good; "" for one that has enough."""
+    """Return a message if a probe has too few values, with where to cut the record if it fails for good; "" otherwise."""
     there = np.isfinite(array.values)
     share = float(np.mean(there)) if there.size else 0.0
     if share > _LEAST:
@@ -174,10 +174,10 @@ def _mostly_missing(array: xr.DataArray) -> str:
 
 
 def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
-    """Fill runs of at most five missing samples with a straight line; longer ones stay NaN.
+    """Interpolate runs of at most five missing samples linearly; longer ones remain NaN.
 
-    One missing sample would spread over the whole of a filtered signal.  A straight line over six intervals h departs
-    from a motion of acceleration a by at most ``a (6 h)^2 / 8``: 9 um at 10 kHz in a hard contact
+    Filtering would spread a single missing sample over the whole signal.  The error of linear interpolation over six
+    intervals h for a motion of acceleration a is at most ``a (6 h)^2 / 8``: 9 um at 10 kHz in a hard contact
     (`tdbmon.record.one_time.HARD_CONTACT`).
 
     Returns
@@ -206,12 +206,12 @@ def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
 
 
 def same_name(one: str, other: str) -> bool:
-    """Return whether two names of machines are one: case and blanks make no other name."""
+    """Return whether two machine names are equal, ignoring case and white space."""
     return "".join(one.split()).casefold() == "".join(other.split()).casefold()
 
 
 def names_another(ds: xr.Dataset, machine: Machine) -> str:
-    """Say so where a record names another machine than the file does; "" where it does not."""
+    """Return a message if the record names a different machine than the machine file; "" otherwise."""
     stated = str(ds.attrs.get("machine", ""))
     if not stated or same_name(stated, machine.name):
         return ""
@@ -222,7 +222,7 @@ def names_another(ds: xr.Dataset, machine: Machine) -> str:
 
 
 def _machine(ds: xr.Dataset, machine: Machine) -> list[Check]:
-    """Hold the machine that the record names, if it does, against the machine file's."""
+    """Compare the machine name in the record, if there is one, with that of the machine file."""
     if not ds.attrs.get("machine"):
         return []
     another = names_another(ds, machine)
@@ -255,7 +255,7 @@ def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
 
 
 def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]:
-    """A failed check of the probes that are on another time base than those that are analysed."""
+    """Return a failed check for the probes that are not on the time base used for analysis."""
     names = [probe.name for probe in probes]
     kept = best_time_base(ds, machine, names)
     if len(kept) == len(names):
@@ -270,7 +270,7 @@ def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]
 
 
 def _bases(ds: xr.Dataset, names: list[str]) -> str:
-    """Say of channels at which rate they are sampled and when."""
+    """Return a text with the sampling rate and time span of some channels, grouped by time base."""
     found: dict[str, list[str]] = {}
     for name in names:
         found.setdefault(str(ds[name].dims[0]), []).append(name)
@@ -284,9 +284,9 @@ def _sampled(time: np.ndarray) -> str:
 
 
 def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
-    """A failed check of speed or keyphasor that end long before the probes: a logger that was cut off.
+    """Return failed checks for speed or keyphasor if they end long before the probes, as if the logger was cut off.
 
-    What is read seldom ends up to an interval earlier.
+    A slowly sampled channel may end up to one interval earlier.
     """
     last = max((float(ds[ds[probe.name].dims[0]][-1]) for probe in probes), default=0.0)
     found = []
@@ -302,7 +302,7 @@ def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
 
 
 def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
-    """Check a time base, named by its channels where there are several; contacts set a rate for those of probes alone."""
+    """Check a time base (named by its channels if there are several); the minimum rate for contacts applies to probes only."""
     held = [str(name) for name in ds.data_vars if ds[name].dims == (dimension,)]
     base = dimension if len(ds.sizes) == 1 else ", ".join(held)
     time = ds[dimension].values
@@ -333,7 +333,7 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
 
 
 def _signal(ds: xr.Dataset, still: Check) -> list[Check]:
-    """Check that a channel has values, and that they change; `still` says what it is where they do not."""
+    """Check that a channel has values and that they change; `still` is the result for a constant channel."""
     name = still.channel
     signal = faults.prepare(ds[name].values)
     changes = signal.quantum != 0.0
@@ -344,7 +344,7 @@ def _signal(ds: xr.Dataset, still: Check) -> list[Check]:
 
 
 def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
-    """Check the pulses; those that were missed while nothing was sampled are no fault of theirs."""
+    """Check the keyphasor pulses; pulses missed within gaps of the time axis are not a fault."""
     count = machine.keyphasor.pulses_per_revolution if machine.keyphasor is not None else 1
     if marks.times.size < 2 and stands(ds):
         return Check("keyphasor", "keyphasor", True, f"{marks.quality}; the shaft stands by its speed signal")

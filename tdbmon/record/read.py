@@ -1,4 +1,4 @@
-"""Read a record from a file of any known format, and write one."""
+"""Reading of records from files of any supported format, and writing as netCDF."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _HEAD = 4096
 _MACHINE_FILE = re.compile(
     rb"^\s*(\[rotor\]|\[\[(rotor\.sections|magnetic_bearing|touchdown_bearing)\]\])", re.MULTILINE
 )
-# what a record often comes in, by its first bytes
+# containers in which records are often sent, by their first bytes
 _PACKED = {
     b"PK\x03\x04": "a zip archive or an Excel workbook; unpack it, or save the sheet as CSV, and give that file",
     b"\xd0\xcf\x11\xe0": "an Excel workbook; save its sheet as CSV and give that file",
@@ -28,29 +28,29 @@ _PACKED = {
 
 
 def read(path: str | Path) -> xr.Dataset:
-    """Read a record; the file's content, not its suffix, decides the format.
+    """Read a record from a file, whose format is recognised from its content, not its suffix.
 
     Parameters
     ----------
     path : str or pathlib.Path
-        A netCDF, HDF5, MAT, CSV or WAV file; TDMS, UFF58, MDF4 and Parquet with their extras.
+        A netCDF, HDF5, MAT, CSV or WAV file; TDMS, UFF58, MDF4 and Parquet with the optional dependencies installed.
 
     Returns
     -------
     xarray.Dataset
-        Every channel at its own sampling, float64 and in SI where its unit is known; the form is told in
-        `tdbmon.record`.  A file that was cut off but is sound up to there carries the attribute ``incomplete``.
+        Every channel at its own sampling, float64 and in SI where its unit is known; the form is described in
+        `tdbmon.record`.  A record from a truncated but otherwise intact file has the attribute ``incomplete``.
 
     Raises
     ------
     InputError
-        If the file is missing, empty, damaged, of an unknown format, or holds no channel with a usable time.
+        If the file is missing, empty, damaged, of an unknown format, or contains no channel with a usable time.
     """
     path = Path(path)
     found = recognise(path)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of third-party readers; what matters of them the formats raise themselves
+            warnings.simplefilter("ignore")  # from third-party libraries; the formats raise errors for relevant ones
             content = found.read(path)
     except InputError:
         raise
@@ -67,12 +67,12 @@ def read(path: str | Path) -> xr.Dataset:
 
 
 def recognise(path: Path) -> Format:
-    """Return the format of a file from its content.
+    """Return the format of a file, recognised from its content.
 
     Raises
     ------
     InputError
-        If the file cannot be opened, is empty, or is of no known format.
+        If the file cannot be opened, is empty, is a machine file, or is of no known format.
     """
     try:
         with path.open("rb") as file:
@@ -101,16 +101,16 @@ def recognise(path: Path) -> Format:
 
 
 def write(record: xr.Dataset, path: str | Path) -> None:
-    """Write a record as netCDF so that `read` gives back the identical values.
+    """Write a record as netCDF so that `read` returns identical values.
 
-    Channels whose ``encoding`` has a ``scale_factor`` that gives their values back exactly are packed (16-bit
-    records stay 16 bit), the others are float32 where that is exact and float64 where not; all are compressed.
-    The file appears whole or not at all.
+    Channels whose ``encoding`` has a ``scale_factor`` that reproduces their values exactly are packed (16-bit
+    records stay 16 bit), the others are float32 if that is exact and float64 if not; all are compressed.
+    Writing is atomic: the file appears complete or not at all.
 
     Raises
     ------
     InputError
-        If the place cannot be written.
+        If the path cannot be written.
     """
     write_netcdf(record, Path(path))
 

@@ -1,6 +1,6 @@
-"""Two records of one measurement: the same samples in two files, but for the rounding of formats and what was cut off.
+"""Detection of duplicate records: the same samples in two files, apart from rounding and truncation.
 
-Tools that export again may also set the zeros of probes anew, or sample at another rate.
+Repeated exports may also change the zeros of probes or the sampling rate.
 """
 
 from __future__ import annotations
@@ -12,17 +12,17 @@ import xarray as xr
 
 from tdbmon.record.samples import known_samples
 
-_ROUNDING = 1e-3  # of a probe's standard deviation: so little are two exports of its samples apart
-_RESAMPLED = 0.01  # the same of two exports at two rates
-_CUT = 0.9  # of the samples, that the shorter of two exports must hold to be compared from their first samples on
-_LEAST_SAMPLES = 100  # that tell where a cut record lies in another
-_CHANGE = 0.3  # of the change from sample to sample: noise of two drops at rest is apart by all of it
+_ROUNDING = 1e-3  # of a probe's standard deviation: largest rms difference between two exports
+_RESAMPLED = 0.01  # the same for two exports at different sampling rates
+_CUT = 0.9  # of the samples: least length of the shorter export for comparison from the first sample on
+_LEAST_SAMPLES = 100  # needed to locate a truncated record in another
+_CHANGE = 0.3  # of the rms sample-to-sample change: at rest, the noise of two different drops differs by all of it
 
 
 def same_samples(one: xr.Dataset, other: xr.Dataset) -> bool:
-    """Return whether the displacements of two records are the same but for rounding and what was cut off at start and end.
+    """Return whether the displacements of two records are equal apart from rounding and truncation at start or end.
 
-    Whole records are the same also where their zeros or their sampling rates differ.
+    Untruncated records also count as equal if only their zeros or sampling rates differ.
     """
     names = [name for name in one.data_vars if name in other and one[name].attrs.get("units") == "m"]
     pairs = [(one[name].to_numpy(), other[name].to_numpy()) for name in names]
@@ -41,9 +41,10 @@ def _same(a: np.ndarray, b: np.ndarray) -> bool:
 
 
 def _same_motion(one: xr.Dataset, other: xr.Dataset, names: Sequence[Hashable]) -> bool:
-    """Return whether all probes show one motion from the first samples on, at the times of the slower record, zeros aside.
+    """Return whether all probes show the same motion from their first samples on, apart from constant offsets.
 
-    A filter before the lower rate takes some of the contacts' shocks away; of two drops even the noise differs by more.
+    They are compared at the times of the slower record, whose anti-alias filter smooths the contacts; between two different
+    drops even the noise differs by more.
     """
     tells = False
     for name in names:
@@ -61,13 +62,13 @@ def _same_motion(one: xr.Dataset, other: xr.Dataset, names: Sequence[Hashable]) 
 
 
 def _from_start(channel: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times since the first sample, s, and values of a channel where it has any."""
+    """Return the finite samples of a channel, with their times since the first one, s."""
     time, values = known_samples(channel)
     return time - time[:1], values
 
 
 def _share_a_stretch(pairs: list[tuple[np.ndarray, np.ndarray]]) -> bool:
-    """Return whether half of the shorter record at least lies in the other, in all channels."""
+    """Return whether at least half of the shorter record is contained in the other one, in all channels."""
     tells = False
     for a, b in pairs:
         longer, shorter = (a, b) if a.size >= b.size else (b, a)
@@ -78,13 +79,13 @@ def _share_a_stretch(pairs: list[tuple[np.ndarray, np.ndarray]]) -> bool:
         if not known:
             return False
         tells |= any(known)
-    return tells  # a stretch in which no probe moves could be of any drop
+    return tells  # a stretch without motion could belong to any drop
 
 
 def _change_in_common(longer: np.ndarray, shorter: np.ndarray, start: int) -> float | None:
-    """Return the change from sample to sample where two records overlap, m (rms); None where they differ there.
+    """Return the rms sample-to-sample change in the overlap of two channels, m; None if they differ there.
 
-    They are laid so that the half of the shorter one from `start` on fits best.
+    They are aligned so that the half of the shorter one that begins at `start` fits best.
     """
     place = _best_place(longer, shorter[start : start + shorter.size // 2]) - start
     first, last = max(place, 0), min(place + shorter.size, longer.size)
@@ -99,7 +100,7 @@ def _change_in_common(longer: np.ndarray, shorter: np.ndarray, start: int) -> fl
 
 
 def _best_place(longer: np.ndarray, part: np.ndarray) -> int:
-    """Return the sample of a channel from which on a part differs least from it, by the sum of squares."""
+    """Return the offset in samples at which a part fits a longer channel best in the least-squares sense."""
     from scipy.signal import correlate
 
     middle = float(np.nanmean(longer))

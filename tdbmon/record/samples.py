@@ -1,4 +1,4 @@
-"""The samples of a channel: when they were taken, and those that have a value."""
+"""Access to the times and the finite samples of a channel."""
 
 from __future__ import annotations
 
@@ -12,6 +12,6 @@ def times_of(channel: xr.DataArray) -> np.ndarray:
 
 
 def known_samples(channel: xr.DataArray) -> tuple[np.ndarray, np.ndarray]:
-    """Return times, s, and values of the samples that have a value."""
+    """Return times, s, and values of the finite samples of a channel."""
     known = np.isfinite(channel.to_numpy())
     return times_of(channel)[known], channel.to_numpy()[known]

@@ -1,7 +1,7 @@
-"""Readings freed of what the machine file's effects say of its sensors: gain, lag, crosstalk and angle of probes.
+"""Correction of readings for the sensor effects in the machine file: gain, lag, crosstalk and angle errors of probes.
 
-A fitted simulation goes through the same sensors and is compared with the readings as recorded; what is told from readings
-alone must be freed of them first.  Of runout only the slow roll that a probe's table states is taken off: the phase of
+A fitted simulation includes the same sensor effects and is compared with the readings as recorded; analyses of the readings
+alone require the correction.  Of the runout, only the slow roll stated for a probe is subtracted, as the phase of
 `probe_runout` may differ from drop to drop.
 """
 
@@ -21,9 +21,9 @@ from tdbmon.record.timebase import usual_rate
 
 
 def sensor_chain(machine: Machine) -> tuple[SensorChain, tuple[str, ...]]:
-    """Return what a machine file's effects do to its sensors, and those (name at place) that readings can be freed of.
+    """Return the sensor chain given by a machine file's effects, and the effects (name at place) that can be corrected.
 
-    Lags count in s, as in samples at 1 Hz: channels may be of several rates.
+    Lags are in s, i.e. in samples at 1 Hz, as channels may have different sampling rates.
     """
     chain, names = SensorChain(), []
     for setting in machine.effects:
@@ -36,24 +36,24 @@ def sensor_chain(machine: Machine) -> tuple[SensorChain, tuple[str, ...]]:
 
 
 def freed(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
-    """Return the record with the readings that sound sensors would have given, and the machine with its true angles.
+    """Return a copy of the record corrected for sensor effects and slow roll, and the machine with the true probe angles.
 
     Parameters
     ----------
     record : Dataset
-        Laid over the machine (`tdbmon.record.assign.assign`), probes in m.  It is left as it is.
+        Record assigned to the machine (`tdbmon.record.assign.assign`), probes in m.  It is not modified.
     machine : Machine
 
     Returns
     -------
     Dataset, Machine
-        A probe whose neighbour leaks into it and is missing keeps what leaked.
+        Crosstalk from a probe that is missing in the record cannot be removed.
     """
     return of_sound_sensors(without_slow_roll(record, machine), machine)
 
 
 def of_sound_sensors(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, Machine]:
-    """Return the same of a record whose slow roll is off already."""
+    """Return the result of `freed` for a record whose slow roll has already been subtracted."""
     if not machine.effects or not machine.probes:
         return record, machine
     present = [probe.name for probe in machine.probes if probe.name in record]
@@ -77,7 +77,7 @@ def of_sound_sensors(record: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, 
 
 
 def _without_leaks(record: xr.Dataset, chain: SensorChain, present: list[str]) -> dict[str, np.ndarray]:
-    """Return the readings of the probes before one leaked into another: each is its own and a part of its source's."""
+    """Return the readings without crosstalk: each recorded one is the probe's own plus a fraction of its source's."""
     mixing = np.eye(len(present))
     for name, (source, part) in chain.leaks.items():
         if name in present and source in present and record[name].dims == record[source].dims:
@@ -92,7 +92,7 @@ def _without_leaks(record: xr.Dataset, chain: SensorChain, present: list[str]) -
 
 
 def _earlier(readings: np.ndarray, lag_s: float, time: np.ndarray) -> np.ndarray:
-    """Return readings of sampled times, both (n,), earlier by a lag; NaN beyond the end, and where nothing was measured."""
+    """Return readings at times (n,), s, advanced by a lag, s; NaN beyond the ends and where samples are missing."""
     if lag_s == 0 or len(time) < 2:
         return readings
     lag = lag_s * usual_rate(time)
@@ -109,7 +109,7 @@ def _earlier(readings: np.ndarray, lag_s: float, time: np.ndarray) -> np.ndarray
 
 
 def check_effects(machine: Machine) -> list[Check]:
-    """Say what becomes of the effects that the machine file carries."""
+    """Return a remark on how the effects in the machine file are handled."""
     if not machine.effects:
         return []
     _, sensors = sensor_chain(machine)
@@ -128,6 +128,6 @@ def check_effects(machine: Machine) -> list[Check]:
 
 
 def _of_one_drop(setting: EffectSetting) -> bool:
-    """True where an effect of a machine file has an angle, or a ball's number, that differs from drop to drop."""
+    """Tell whether an effect has an angle, or a ball's number, that differs from drop to drop."""
     effect = from_setting(setting)
     return any(each.per_drop for each in effect.parameters()) and not effect.stands_still(effect.values)

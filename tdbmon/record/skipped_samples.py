@@ -1,4 +1,4 @@
-"""Samples that a time axis skips: the few that a logger lost without a trace are missing like any others."""
+"""Insertion of samples skipped in the time axis, so that lost samples are treated like other missing ones."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from tdbmon.record.timebase import LONG, usual_interval
 
 
 def with_skipped_samples(record: xr.Dataset) -> xr.Dataset:
-    """Return a record with NaN where its time axes skip up to five samples; what skips more is a hole, and stays one.
+    """Return a record with NaN inserted where its time axes skip up to five samples; longer gaps are kept.
 
-    Whoever counts samples instead of time would take all that follows for earlier than it is.
+    Analyses that count samples instead of using times would otherwise date everything that follows too early.
     """
     whole = {}
     for dim in record.dims:
@@ -23,7 +23,7 @@ def with_skipped_samples(record: xr.Dataset) -> xr.Dataset:
 
 
 def _skipped(time: np.ndarray) -> np.ndarray:
-    """Return the instants that are skipped, evenly between their neighbours, s."""
+    """Return the times of the skipped samples, equally spaced between their neighbours, s."""
     steps = np.diff(time)
     count = np.round(steps / usual_interval(time)).astype(int) - 1
     at = np.flatnonzero((steps > LONG * np.median(steps)) & (count > 0) & (count <= SHORT_GAP))

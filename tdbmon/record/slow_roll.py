@@ -1,4 +1,4 @@
-"""Readings freed of the slow roll that the machine file states, by the shaft's angle from the keyphasor."""
+"""Subtraction of the slow roll stated in the machine file, using the shaft angle from the keyphasor."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from tdbsim.slow_roll import slow_roll
 from tdbmon.record.finding import Check, um
 from tdbmon.record.keyphasor import Pulses, pulses_if_any
 
-COMPENSATED = "slow roll compensated"  # in the words of figures
+COMPENSATED = "slow roll compensated"  # wording in figures
 NOT_COMPENSATED = "runout not compensated"
-# revolutions beyond the pulses: the levitated shaft turns steadily, that which runs down does not
+# revolutions of extrapolation: the speed is constant in levitation before the first pulse, but not in coast-down
 _BEFORE, _AFTER = 3, 1
 
 
 def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record laid over its machine less the slow roll of its probes (m); where no angle is known it stays.
+    """Return a record with the slow roll (m) subtracted from its probes where the shaft angle is known.
 
-    The angle goes on from the first and the last pulses as between them, for three revolutions before and one after.  Where
-    pulses begin later than that, nothing is taken off: readings would jump there, which looks like a release.
+    The angle is extrapolated at constant speed for three revolutions before the first and one after the last pulse.  If the
+    pulses begin later than that, nothing is subtracted, since the readings would jump there as at a release.
     """
     stated = _stated(record, machine)
     angles = _angles(record, machine, stated)
@@ -38,7 +38,7 @@ def without_slow_roll(record: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
-    """Say what became of the slow roll that a machine file states."""
+    """Return a check that states whether and where the slow roll of the machine file was subtracted."""
     stated = _stated(record, machine)
     if not stated:
         return []
@@ -56,12 +56,12 @@ def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
 
 
 def runout_words(checks: Sequence[Check]) -> str:
-    """Return what figures say of runout, from the checks of a record."""
+    """Return the note on runout compensation for figures, from the checks of a record."""
     return COMPENSATED if _taken_off(checks) else NOT_COMPENSATED
 
 
 def runout_sentence(checks: Sequence[Check]) -> str:
-    """Return what texts say of runout, from the checks of a record."""
+    """Return the sentence on runout compensation for texts, from the checks of a record."""
     return "Slow roll is taken off." if _taken_off(checks) else "Runout is not taken off."
 
 
@@ -74,7 +74,7 @@ def _stated(record: xr.Dataset, machine: Machine) -> list[Probe]:
 
 
 def _angles(record: xr.Dataset, machine: Machine, stated: Sequence[Probe]) -> dict[str, np.ndarray] | str:
-    """Return how far the shaft has turned at the samples of each time base that the probes are on, rad, or why that won't do."""
+    """Return the rotation angle at the samples of each time base of the probes, rad, or the reason why it is unavailable."""
     key = pulses_if_any(record, machine) if stated else None
     if key is None or len(key.times) <= 2:
         return "the record has no keyphasor pulses that tell the shaft's angle"
@@ -91,7 +91,7 @@ def _angles(record: xr.Dataset, machine: Machine, stated: Sequence[Probe]) -> di
 
 
 def _turned(key: Pulses, time: np.ndarray) -> np.ndarray:
-    """Return how far the shaft has turned since a pulse at times (n,), s, rad; NaN far off all pulses."""
+    """Return the rotation angle relative to the first pulse at times (n,), s, rad; NaN too far outside the pulses."""
     from scipy.interpolate import PchipInterpolator
 
     course = PchipInterpolator(key.times, key.turns)

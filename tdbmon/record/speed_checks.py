@@ -1,4 +1,4 @@
-"""Checks of the speed: signal, keyphasor and the line that the levitated shaft draws must tell of one and the same."""
+"""Checks of the speed: speed signal, keyphasor and the 1X line of the levitated shaft must agree."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ from tdbmon.record.misscaled_speed import true_speed
 from tdbmon.record.samples import known_samples, times_of
 from tdbmon.record.speed_spikes import without_speed_spikes
 
-STANDSTILL_HZ = 1.0  # below it a shaft stands: what a speed signal then tells is noise
+STANDSTILL_HZ = 1.0  # below it the shaft is at standstill, and a speed signal is noise
 _SPEED_LIMIT = 3000.0  # Hz: 180 000 rpm
-_SAME = 0.03  # relative: of speeds that are one
-_FEWEST_TURNS = 4  # with a stated speed and pulses, by which the two are compared
-_STRONGER = 25.0  # times the power at a speed that no second channel doubts
-_LIKELIER = 4.0  # times the power at the one of two speeds that differ: twice the amplitude, as 1X has over 2X
+_SAME = 0.03  # relative: largest difference between two equal speeds
+_FEWEST_TURNS = 4  # revolutions with both signal and pulses needed for a comparison
+_STRONGER = 25.0  # times the power at the stated speed if no second channel contradicts that speed
+_LIKELIER = 4.0  # times the power at the other of two differing speeds: twice the amplitude, as 1X relative to 2X
 _UNITS = {
     60.0: "rpm written as Hz",
     1 / 60: "Hz written as rpm",
@@ -37,28 +37,28 @@ _UNITS = {
 _COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
 _WHEELS = {1 / n: f"{n} pulses a revolution (pulses_per_revolution = {n} in [keyphasor])" for n in range(3, 49)}
 _CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
-_NEARLY, _EXACTLY = 0.03, 0.01  # relative, to a fault's factor: a wheel's teeth are a whole number
-_NEAR = 0.3  # relative, of two speeds: no count of whole marks makes one of the other
+_NEARLY, _EXACTLY = 0.03, 0.01  # relative tolerance of a fault's factor; narrower for toothed wheels, whose counts are integers
+_NEAR = 0.3  # relative difference between two speeds too small to be explained by miscounted marks
 _CHECK = "check unit and sensitivity of the speed signal"
 _CLOCK = "sampling rate and unit of time"
-_AT_REST, _FLOOR = 0.002, 0.9  # of the first speed: below, the signal reads rest; above, it has hardly fallen
-_LONGER, _TAIL = 10, 0.02  # times the longest hold before; of the record
-_HEAD_S = 0.04  # that shows the levitated shaft
-_START_S = 0.02  # at the start, of a speed signal
-_NOTHING = 1e-3  # of the keyphasor's speed: a signal that reads less is dead
-_SLOWED = 0.005  # of the keyphasor's speed from start to end: more is no controlled speed
+_AT_REST, _FLOOR = 0.002, 0.9  # of the initial speed: below, the signal reads standstill; above, it has hardly decreased
+_LONGER, _TAIL = 10, 0.02  # least length of the floor: times the longest hold before it, and of the record
+_HEAD_S = 0.04  # initial stretch with the shaft levitated
+_START_S = 0.02  # initial stretch of a speed signal
+_NOTHING = 1e-3  # of the keyphasor speed: a signal that reads less is dead
+_SLOWED = 0.005  # of the keyphasor speed: a larger change from start to end is not a controlled constant speed
 _KEYED = ". It is left out: the speed comes from the keyphasor"
 _UNUSED = ". It is left out: nothing is said about the speed"
 _UNUSED_BOTH = ". Both are left out: nothing is said about the speed"
 
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
-    """Return the speed at the start of a record, Hz, of the keyphasor or else of the speed signal."""
+    """Return the speed at the start of a record, Hz, from the keyphasor or else from the speed signal; None without both."""
     return float(np.median(speed(marks)[1][:4])) if marks is not None and _sound(marks) else _signal_at_start(ds)
 
 
 def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check:
-    """Check a speed signal that has values against the keyphasor, and what they say against the line of the levitated shaft."""
+    """Check a speed signal that has values against the keyphasor, and both against the lines of the levitated shaft."""
     _, values = known_samples(ds["speed"])
     if _backward(ds):
         left_out = _KEYED if _sound(marks) else ""
@@ -85,7 +85,7 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
 
 
 def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, compared: _Ratio) -> Check:
-    """A speed signal must read what the keyphasor counts, all along, and both must be the levitated shaft's."""
+    """Check that the speed signal agrees with the keyphasor throughout, and both with the levitated shaft."""
     if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
         detail = f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
         return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
@@ -108,7 +108,7 @@ def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, 
 
 
 def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check | None:
-    """Check a keyphasor that alone tells the speed against the levitated shaft; None where that cannot be told."""
+    """Check a keyphasor that is the only source of the speed against the levitated shaft; None if inconclusive."""
     kept = _without_unfit(ds, machine)
     if not _sound(marks) or ("speed" in kept and refuted(kept, machine) != ("speed",)):
         return None
@@ -125,7 +125,7 @@ def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None
 
 
 def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
-    """Say why a speed signal measures nothing; "" where it may measure: a rotor at a set-point has a constant speed too."""
+    """Return why a speed signal is dead; "" if it may be valid, as a rotor at a set-point also has a constant speed."""
     _, values = known_samples(ds["speed"])
     if not values.size:
         return f"holds no value: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
@@ -148,14 +148,14 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
 
 
 def _while_counted(channel: xr.DataArray, marks: Pulses) -> float:
-    """Median of a speed signal from the first pulse to the last, Hz: without what follows at rest; NaN without any."""
+    """Return the median of a speed signal between the first and the last pulse, excluding standstill, Hz; NaN if empty."""
     time, values = known_samples(channel)
     there = (time >= marks.times[0]) & (time <= marks.times[-1])
     return float(np.median(values[there])) if there.any() else float("nan")
 
 
 def stands(ds: xr.Dataset) -> bool:
-    """Whether a speed signal that measures shows that the shaft stands: at the start and for most of the record."""
+    """Tell whether a working speed signal shows standstill at the start and for most of the record."""
     start = _signal_at_start(ds)
     if start is None:
         return False
@@ -164,7 +164,7 @@ def stands(ds: xr.Dataset) -> bool:
 
 
 def _counted_at_start(marks: Pulses | None) -> float | None:
-    """Mean speed over the first pulses, Hz: over several, as each is timed to a sample only."""
+    """Return the mean speed over the first pulses, Hz; over several, as each is resolved to one sample only."""
     if marks is None or marks.times.size <= 4:
         return None
     last = min(max(int(np.searchsorted(marks.times, marks.times[0] + _HEAD_S)), 4), marks.times.size - 1)
@@ -181,9 +181,9 @@ def _backward(ds: xr.Dataset) -> bool:
 
 
 def _floor_of(ds: xr.Dataset) -> int | None:
-    """Return the sample from which the speed signal stands at the lowest value that its sensor reads; None where it does not.
+    """Return the index from which the speed signal stays at the lower limit of its sensor; None if it does not.
 
-    It holds one value, no small part of its first, to the record's end, for far longer than it holds any before.
+    It then holds one value, a considerable fraction of the initial one, to the record's end, much longer than any before.
     """
     if "speed" not in ds:
         return None
@@ -200,19 +200,19 @@ def _floor_of(ds: xr.Dataset) -> int | None:
 
 
 def _differ(ratio: float, wrong: str, misscaled: bool) -> str:
-    """Say what may make the speed signal read `ratio` times the keyphasor's speed, and which of the two is left out.
+    """Return why the speed signal may read `ratio` times the keyphasor speed, and which of the two (`wrong`) is left out.
 
-    `misscaled` is true where it is likelier to be scaled wrongly than the mark to be miscounted.
+    `misscaled` is true if a wrong scale of the signal is more likely than a miscounted mark.
 
-    Keyphasor and levitated shaft are both timed by the record's clock, so that they agree with each other where it is wrong.
+    Keyphasor and levitated shaft are both timed by the record's clock, so that they still agree with each other if it is wrong.
     """
     times = f"{ratio:.4g} times the keyphasor's speed"
-    # teeth that are counted one by one are no fault where the shaft turns as the keyphasor counts
+    # teeth counted as one revolution each are ruled out if the shaft confirms the keyphasor
     signal = _named(ratio, _UNITS | _COUNTS | ({} if wrong == "speed" else _WHEELS))
     if wrong == "keyphasor" or ratio <= 0:
         judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
         return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"
-    wrong_by = float(f"{max(ratio, 1 / ratio):.3g}")  # in full: 1000, not 1e+03
+    wrong_by = float(f"{max(ratio, 1 / ratio):.3g}")  # written in full: 1000, not 1e+03
     off = f"{wrong_by:g} times too {'low' if ratio > 1 else 'high'}"
     clock = _named(ratio, _CLOCKS)
     causes = f"{signal or 'a wrong unit'}, or a sampling rate stated {off}{clock and f' ({clock})'}"
@@ -227,7 +227,7 @@ def _differ(ratio: float, wrong: str, misscaled: bool) -> str:
 
 
 def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
-    """A speed signal alone must stand among the levitated shaft's lines; None where that cannot be told."""
+    """Check a speed signal without keyphasor against the lines of the levitated shaft; None if inconclusive."""
     lines, stated = levitated_lines(ds, machine), _signal_at_start(ds)
     if lines is None or stated is None or stated <= -STANDSTILL_HZ:
         return None
@@ -251,9 +251,9 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
 
 
 def _elsewhere(ds: xr.Dataset, lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
-    """Return the frequency of the levitated shaft's strong line where none stands at the stated speed; else None.
+    """Return the frequency of a strong line of the levitated shaft if there is none at the stated speed; else None.
 
-    A shaft that stands draws none: a signal that reads nothing is dead where one does, unless a keyphasor is silent too.
+    A shaft at standstill has no lines: a signal that reads standstill is dead if there is one, unless a keyphasor is present.
     """
     if stands(ds) and "keyphasor" not in ds:
         other = lines.strongest(mains_hz)
@@ -277,7 +277,7 @@ def _contradicted(stated: float, wrong: Miscounted, by: str) -> str:
 
 
 def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
-    """Return the unit's factor by which a speed reads too much, by a line where the shaft would then turn."""
+    """Return the unit error (a factor) for which the shaft has a strong line at the corrected speed; None if there is none."""
 
     def possible(factor: float) -> bool:
         true = stated / factor
@@ -288,13 +288,13 @@ def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float
 
 
 def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
-    """Return which channels of the speed are wrong, "speed" and "keyphasor"; none where that is not decided.
+    """Return which of the channels "speed" and "keyphasor" are wrong; empty if this cannot be decided.
 
-    A keyphasor that counts too few since its pulses are shorter than a sample goes.  Else signal and keyphasor that differ are
-    judged by the lines of the levitated shaft at the one and at the other; where these do not decide and the two are near each
-    other, the keyphasor counts.  Those that agree, and either alone, are refuted where the shaft turns at a half or a third of
-    what they count; a signal alone also where the shaft's line is a unit's factor away, or elsewhere while none stands at the
-    stated speed.
+    A keyphasor that misses pulses because they are shorter than a sample is rejected.  Otherwise, if signal and keyphasor
+    differ, the lines of the levitated shaft at the two speeds decide; if these are inconclusive and the speeds are close, the
+    keyphasor is trusted.  If both agree, or only one exists, they are rejected if the shaft turns at a half or a third of their
+    speed; a signal alone is also rejected if the shaft's line is at the speed corrected for a unit error, or elsewhere with
+    none at the stated speed.
     """
     marks = pulses_if_any(ds, machine)
     lines, signal = levitated_lines(ds, machine), _signal_at_start(ds)
@@ -323,12 +323,12 @@ def refuted(ds: xr.Dataset, machine: Machine) -> tuple[str, ...]:
 
 
 def _too_short(ds: xr.Dataset, machine: Machine, compared: _Ratio) -> float | None:
-    """Return the sampling rate, Hz, that a keyphasor asks for which counts too few as its pulses are shorter than a sample."""
+    """Return the sampling rate, Hz, needed by a keyphasor that misses pulses shorter than a sample; None if it does not."""
     return sampling_for_pulses(ds, machine) if compared.ratio > 1 else None
 
 
 def shorter_than_a_sample(wanted: float) -> str:
-    """Say why pulses are missed at a low sampling rate, and the rate that gives each two samples, Hz."""
+    """Return the message that pulses are missed at a low sampling rate, with the rate needed for two samples each, Hz."""
     return (
         "its pulses are shorter than a sample, so that many fall between two: record the keyphasor at"
         f" {wanted / 1e3:.2g} kHz or more, or make the mark wider"
@@ -336,18 +336,18 @@ def shorter_than_a_sample(wanted: float) -> str:
 
 
 def _misscaled(compared: _Ratio, machine: Machine) -> bool:
-    """True where a signal is a little off a mark that passes once a revolution, which is missed or doubled by whole turns."""
+    """Tell whether the ratio is too close to 1 for a miscounted once-per-revolution mark, so that the signal is misscaled."""
     once = machine.keyphasor is not None and machine.keyphasor.pulses_per_revolution == 1
     return once and abs(compared.ratio - 1) < _NEAR
 
 
 def without_refuted(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Return a record without the channels of the speed that the others refute (see `refuted`), and without its floor.
+    """Return a record without the speed channels rejected by `refuted`, and with the speed's lower limit set to NaN.
 
-    A signal that is dead, counts backwards or comes late goes where a keyphasor tells the speed.
+    A speed signal that is dead, negative or lagging is dropped if a keyphasor gives the speed.
     """
     ds = _without_unfit(ds, machine)
-    while wrong := refuted(ds, machine):  # what is left when one goes is judged anew, by itself
+    while wrong := refuted(ds, machine):  # the remaining channel is then judged on its own
         ds = ds.drop_vars(wrong)
     return ds
 
@@ -368,7 +368,7 @@ def _without_dead(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
-    """Take what the speed signal reads at its floor as missing; all of it where the keyphasor goes on."""
+    """Set the speed signal to NaN where it stays at its lower limit, or drop it if the keyphasor continues."""
     floor = _floor_of(ds)
     if floor is None:
         return ds
@@ -380,15 +380,15 @@ def _without_floor(ds: xr.Dataset, machine: Machine) -> xr.Dataset:
 
 
 def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
-    """Raise InputError where the speed cannot be told: a model fitted to a wrong one would be wrong throughout.
+    """Raise InputError if the speed is ambiguous, since a model fitted with a wrong speed would be wrong throughout.
 
     Parameters
     ----------
     ds : xarray.Dataset
-        From `without_refuted`.
+        Record from `without_refuted`.
     machine : Machine
     name : str
-        Of the record, for the message.
+        Name of the record for the message.
     """
     compared = _over_pulses(ds, pulses_if_any(ds, machine))
     if compared is not None and not compared.agree:
@@ -400,14 +400,14 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
 
 
 def signal_over_pulses(ds: xr.Dataset, machine: Machine) -> float:
-    """Return how many times the keyphasor's speed the speed signal reads: 1 where they agree, or where one is missing."""
+    """Return the ratio of the speed signal to the keyphasor speed; 1 if they agree or one is missing."""
     compared = _over_pulses(ds, pulses_if_any(ds, machine))
     return 1.0 if compared is None or compared.agree else compared.ratio
 
 
 @dataclass(frozen=True)
 class _Ratio:
-    """Speed of the signal over that of the pulses, and whether they are one."""
+    """Ratio of the speed signal to the keyphasor speed, and whether the two agree."""
 
     ratio: float
     agree: bool
@@ -431,7 +431,7 @@ def _signal_at_start(ds: xr.Dataset) -> float | None:
 
 
 def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> float | None:
-    """Return the median of a speed's values (n,), Hz, in its first seconds, or the first where it is slow; None without any."""
+    """Return the median of the speed values (n,), Hz, in the first `seconds`, at least of the first one; None if all missing."""
     there = np.isfinite(values)
     if not there.any():
         return None
@@ -440,7 +440,7 @@ def starting_speed(time: np.ndarray, values: np.ndarray, seconds: float) -> floa
 
 
 def _named(ratio: float, kinds: dict[float, str]) -> str:
-    """Return the fault of a kind that makes a speed read about `ratio` times too much, or nothing."""
+    """Return the fault among `kinds` whose factor is closest to `ratio`, within tolerance; "" if there is none."""
 
     def apart(factor: float) -> float:
         return abs(float(np.log(max(abs(ratio), 1e-9) / factor)))

@@ -1,4 +1,4 @@
-"""Spikes of a speed signal: single values far beyond all others, as interference and counters that slip make them."""
+"""Spikes of a speed signal: isolated values far beyond all others, caused by interference or counter errors."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ import xarray as xr
 from tdbmon.quantity import counted
 from tdbmon.record.finding import Check
 
-_BEYOND = 5.0  # times what the rotor turned at: no rotor gets there from one sample to the next
-_UPPER = 0.9  # of the values lie below, of a rotor that runs down too
-_HEAD = 0.01  # of the record at its start, where it turns fastest
-_FEW = 0.05  # of the values: more are no spikes
+_BEYOND = 5.0  # times the rotor's speed: impossible from one sample to the next
+_UPPER = 0.9  # quantile of the values used as typical, also in a coast-down
+_HEAD = 0.01  # of the record at its start, where the speed is highest
+_FEW = 0.05  # of the values: more are not spikes
 
 
 def spiked(values: np.ndarray) -> np.ndarray:
-    """Return which values of a speed signal (n,) are spikes."""
+    """Return a mask of the values of a speed signal (n,) that are spikes."""
     known = np.isfinite(values)
     size = np.abs(values)
     if not known.any():
@@ -30,7 +30,7 @@ def spiked(values: np.ndarray) -> np.ndarray:
 
 
 def without_speed_spikes(ds: xr.Dataset) -> xr.Dataset:
-    """Return a record whose speed signal has no value where it has a spike."""
+    """Return a record with the spikes of its speed signal set to NaN."""
     if "speed" not in ds:
         return ds
     speed = ds["speed"]
@@ -39,7 +39,7 @@ def without_speed_spikes(ds: xr.Dataset) -> xr.Dataset:
 
 
 def check_speed_spikes(ds: xr.Dataset) -> list[Check]:
-    """Say how many spikes a speed signal has, if any."""
+    """Return a failed check with the number of spikes of the speed signal, if there are any."""
     values = ds["speed"].values
     found = spiked(values)
     if not found.any():

@@ -1,4 +1,4 @@
-"""A radial gap of the machine file that all probes of an end contradict: they need not all have a wrong unit."""
+"""Hint at a wrong radial gap in the machine file if all probes of an end contradict it alike, instead of wrong units."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from tdbsim.machine import Machine
 
 from tdbmon.record.finding import Check, um
 
-_ALIKE = 4.0  # times as far: the probes of a drop move between half a gap and two
+_ALIKE = 4.0  # largest ratio between the motions of an end's probes: in a drop they move between 0.5 and 2 gaps
 
 
 def with_suspect_gap(found: list[Check], ds: xr.Dataset, machine: Machine) -> list[Check]:
-    """Return checks, those of a failed unit with the radial gap as the other suspect where all probes of an end fail alike."""
+    """Return the checks, with the radial gap added as a possible cause of failed unit checks if all probes of an end agree."""
     failed = {each.channel for each in found if each.check == "unit" and not each.passed}
     ends = [end for end in machine.ends if _alike(end, failed, ds, machine)]
     who = "all probes of both ends" if len(ends) == len(machine.ends) else "all probes of {}"
@@ -31,7 +31,7 @@ def with_suspect_gap(found: list[Check], ds: xr.Dataset, machine: Machine) -> li
 
 
 def _alike(end: str, failed: set[str], ds: xr.Dataset, machine: Machine) -> bool:
-    """Tell whether two probes of an end and more, all that the record holds, fail to one side and by about one factor."""
+    """Tell whether all probes of an end in the record, at least two, fail the unit check by about the same factor."""
     names = [probe.name for probe in machine.probes_at(end) if probe.name in ds]
     if len(names) < 2 or not failed.issuperset(names):
         return False

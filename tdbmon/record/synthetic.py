@@ -1,4 +1,4 @@
-"""Synthetic records: computed, not measured, and called so wherever they are shown."""
+"""Identification of synthetic records, which are labelled as computed, not measured, wherever they are shown."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ _TITLES = ("simulated", "synthetic")
 
 
 def is_synthetic(attributes: Mapping[Hashable, Any]) -> bool:
-    """Whether a record is known to be computed: it says so of itself, or it ships with tdbmon.
+    """Return whether a record is known to be computed: it declares so itself, or is a synthetic record shipped with tdbmon.
 
-    It says so by its attribute ``synthetic``, or by how its title begins; a shipped file is known by its SHA-256.
+    It declares so by the attribute ``synthetic`` or the beginning of its title; a shipped file is identified by its SHA-256.
 
     Parameters
     ----------
     attributes : mapping
-        Of the record.  Text formats hand numbers and truth values over as words, so "0", "false" and "no" mean no.
+        Attributes of the record.  Text formats store numbers and booleans as text, so "0", "false" and "no" mean no.
     """
     stated = str(attributes.get("synthetic", "")).strip().lower()
     titled = str(attributes.get("title", "")).strip().lower().startswith(_TITLES)
@@ -30,7 +30,7 @@ def is_synthetic(attributes: Mapping[Hashable, Any]) -> bool:
 
 @lru_cache(maxsize=1)
 def _shipped_synthetic() -> frozenset[str]:
-    """Return the SHA-256 of the shipped files that were computed."""
+    """Return the SHA-256 of the synthetic files shipped with tdbmon."""
     try:
         files = json.loads(shipped("manifest.json").read_text(encoding="utf-8"))["files"]
     except FileNotFoundError:
@@ -39,7 +39,7 @@ def _shipped_synthetic() -> frozenset[str]:
 
 
 def synthetic_note(synthetic: int, among: int | None = None) -> str:
-    """Return the sentence that a report says of so many synthetic records, `among` so many in all; "" for none."""
+    """Return the sentence for a report on the number of synthetic records, out of `among` in total; "" if there are none."""
     if not synthetic:
         return ""
     if among is not None and synthetic < among:

@@ -1,7 +1,7 @@
-"""A shaft that lay on its touchdown bearings and was levitated again: what follows its lift is not the drop's.
+"""Re-levitation: the shaft is lifted again after resting on its touchdown bearings, and what follows is not part of the drop.
 
-A channel behind a high-pass goes back to zero too while the shaft lies, but does so from the fall on: where it stays down for
-most of the time in between, the shaft lay there, and the magnetic bearings took it up.
+A high-pass filtered channel also returns to zero while the shaft is at rest, but starts to do so at the fall.  If the reading
+stays low for most of the time in between, the shaft was at rest and was lifted by the magnetic bearings.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from tdbmon.record.held_end import HEAD_S, Path, falls_at, middle
 from tdbmon.record.timebase import usual_interval
 from tdbmon.runs import runs_of
 
-_HOVERS_S = 0.07  # longer than any bounce lasts or swing goes so high
-_FEWEST = 20  # samples in that time, without which it is not that long: times in ms read as s have two
-_NEAR = 0.1  # of the gap, beyond the levitated orbit, within which it hovers where it levitated
-_LAY = 0.7  # of the gap, as deep as it was for half of the time between fall and lift: behind a high-pass it is a third
-_LEAVES = 0.25  # of the gap above that: then it is on its way up
-_BEFORE_S = (0.3, 0.07)  # before it is: there it lies, and the least of its depth is where it leaves from
+_HOVERS_S = 0.07  # longer than any bounce or oscillation reaches this height
+_FEWEST = 20  # samples required in that time: times in ms misread as s would have two
+_NEAR = 0.1  # of the gap, added to the levitated orbit: within, the shaft is levitated again
+_LAY = 0.7  # of the gap: least median depth between fall and lift; a third with a high-pass filter
+_LEAVES = 0.25  # of the gap above that depth: the shaft is being lifted
+_BEFORE_S = (0.3, 0.07)  # interval before this: the shaft is at rest, and the smallest depth there marks the start of the lift
 
 
 def until_taken_up(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Check]]:
-    """Return a record laid over its machine up to where the shaft is lifted again, and a failed check if something was left out.
+    """Return the record up to the instant at which the shaft is lifted again, and a failed check if its end was removed.
 
-    The attributes ``lifted_s`` and ``hovers_s`` then tell from when to when it was levitated again.
+    The attributes ``lifted_s`` and ``hovers_s`` then give the start of the lift and the end of the renewed levitation, s.
     """
     lifted = _lifted(ds, machine)
     if lifted is None:
@@ -45,7 +45,7 @@ def until_taken_up(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[C
 
 
 def _lifted(ds: xr.Dataset, machine: Machine) -> tuple[float, float] | None:
-    """Return when the first of the ends that fell is lifted, and until when it then hovers, s; None where none is."""
+    """Return when the first of the ends that fell is lifted, and until when it then stays levitated, s; None if none is."""
     if machine.gravity <= 0:
         return None
     motions = motions_of(ds, machine)
@@ -65,7 +65,7 @@ def _of_end(motions: Mapping[str, Path], end: str, machine: Machine) -> tuple[fl
     head = z[time < time[0] + HEAD_S]
     start = middle(head)
     away, orbit = np.abs(z - start), float(np.abs(head - start).max())
-    if orbit > STANDS * gap:  # the record begins in the fall or a bounce: nothing tells where the shaft levitates
+    if orbit > STANDS * gap:  # the record begins in the fall or a bounce: the levitated position is unknown
         return None
     hovers = next(iter(runs_of((away < _NEAR * gap + orbit) & (time > fell)).lasting(time, _HOVERS_S)), None)
     if hovers is None:
@@ -78,10 +78,10 @@ def _of_end(motions: Mapping[str, Path], end: str, machine: Machine) -> tuple[fl
     high = _last(away > depth - _LEAVES * gap, back)
     before = (time > max(fell, time[high] - _BEFORE_S[0])) & (time < time[high] - _BEFORE_S[1])
     seen_up = _last(away >= np.quantile(away[before], 0.05), high) if before.any() else high
-    # it leaves slowly, and is seen above its swing only later: about as much later as from there to `high`
+    # the slow lift exceeds the oscillation only later: extrapolate back by as much as from there to `high`
     return max(2 * float(time[seen_up]) - float(time[high]), fell), until
 
 
 def _last(true: NDArray[np.bool_], before: int) -> int:
-    """Return the last sample up to another one at which something is true."""
+    """Return the index of the last true element up to and including index `before`."""
     return int(np.flatnonzero(true[: before + 1])[-1])

@@ -1,4 +1,4 @@
-"""How files say when their samples were taken: a time channel, an interval or a rate, under many names."""
+"""Interpretation of the time information in files: a time channel, sampling interval or sampling rate, under many names."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _RATE_NAMES = {"fs", "samplingrate", "samplerate", "samplingfrequency", "samplef
 _START_NAMES = {"t0", "tstart", "starttime", "timestart", "wfstartoffset", "xstart", "offsettime"}
 
 _NO_UNIT = ("", "1", "-")
-_SECONDS = 10**9, 0  # ns of a tick, and its count at 1970
-_TICKS = ((1, 0), (10**3, 0), (10**6, 0), (100, 116444736 * 10**9), _SECONDS)  # the fourth is Windows' file time
+_SECONDS = 10**9, 0  # ns per tick, and tick count at 1970-01-01
+_TICKS = ((1, 0), (10**3, 0), (10**6, 0), (100, 116444736 * 10**9), _SECONDS)  # the fourth is the Windows file time
 _RECORDED = [int(np.datetime64(day, "ns").astype(np.int64)) for day in ("1980-01-01", "2100-01-01")]
 
-LONG = 1.5  # times the usual interval: above, the time axis skips a sample
+LONG = 1.5  # times the typical interval: above, the time axis has a gap
 
-_PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of rates
+_PER_SECOND = re.compile(r"(?i)(k|M)?(?:S|Sa|samples?)/s(?:ec)?$")  # a unit of sampling rates
 _THOUSANDS = re.compile(r"[1-9]\d{0,2}(?:[.,]\d{3})+(?=$|\s*Hz$)")
-_DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # what is left of them is no thousands separator
-_DEWESOFT = re.compile(r"Data\d+_time_")  # in its MATLAB files, Data1_time_NDE_A beside Data1_NDE_A
+_DECIMAL_COMMA = re.compile(r"^(\s*\d+),(?=\d)")  # a comma that remains after the removal of thousands separators is decimal
+_DEWESOFT = re.compile(r"Data\d+_time_")  # in DEWESoft MATLAB files: Data1_time_NDE_A is the time of Data1_NDE_A
 _BRACKET = re.compile(r"^(.*?)\s*(?:\[([^\]]*)\]|\(([^)]*)\))\s*$", re.DOTALL)
 # units that end a name; not A, V, g or m, with which names of probes end, nor "Lowpass_50_Hz"
 _SUFFIX = re.compile(
@@ -44,34 +44,34 @@ _SECONDS_SUFFIX = re.compile(r"^(.+)[_ ](s)$")  # of a time or an interval alone
 
 
 def before_holes(time: np.ndarray) -> np.ndarray:
-    """Return of times of shape (n,), n > 1, s, those after which samples are skipped."""
+    """Return the last time before each gap in times of shape (n,), n > 1, s."""
     steps = np.diff(time)
     return np.asarray(time[:-1][steps > LONG * np.median(steps)])
 
 
 def usual_interval(time: np.ndarray) -> float:
-    """Return the mean interval of sampled times of shape (n,), n > 1, s: gaps left out, free of the rounding of each."""
+    """Return the mean interval without gaps of times of shape (n,), n > 1, s; averaging removes the rounding of time stamps."""
     count, seconds = _without_gaps(time)
     return seconds / count
 
 
 def usual_rate(time: np.ndarray) -> float:
-    """Return the sampling rate of times of shape (n,), n > 1, Hz, as `usual_interval` has it."""
+    """Return the sampling rate of times of shape (n,), n > 1, Hz, the inverse of `usual_interval`."""
     count, seconds = _without_gaps(time)
     return count / seconds
 
 
 def _without_gaps(time: np.ndarray) -> tuple[int, float]:
-    """Return the number of intervals that are no gaps, and how long they are together, s."""
+    """Return the number of intervals that are not gaps, and their total duration, s."""
     intervals = np.diff(time)
     gaps = intervals[intervals > LONG * np.median(intervals)]
     return len(intervals) - len(gaps), float(time[-1] - time[0] - gaps.sum())
 
 
 def split_unit(label: str) -> tuple[str, str | None]:
-    """Split ``"NDE_A [um]"``, ``"NDE_A (um)"`` or ``"NDE_A_um"`` into name and unit; the unit is None where there is none.
+    """Split ``"NDE_A [um]"``, ``"NDE_A (um)"`` or ``"NDE_A_um"`` into name and unit; the unit is None without one.
 
-    ``"Probe 1 (X)"``, ``"NDE (45°)"`` and ``"DE_V"`` are names.
+    ``"Probe 1 (X)"``, ``"NDE (45°)"`` and ``"DE_V"`` are names without a unit.
     """
     name, held = _split_label(label)
     return (name, held) if held is not None and _is_unit(held) else (label.strip(), None)
@@ -102,7 +102,7 @@ def _split_label(label: str) -> tuple[str, str | None]:
 
 
 def _is_unit(text: str) -> bool:
-    """Tell whether brackets hold a unit: not a value with one (``45°``), which a unit library takes for a multiple."""
+    """Tell whether a bracketed text is a unit, as opposed to a value with a unit (``45°``) that unit libraries also accept."""
     number = re.match(r"[-+]?[\d.]", text) is not None and re.match(r"1(?:$|\s*/)", text) is None
     return not number and (is_unit(text) or _PER_SECOND.fullmatch(text) is not None)
 
@@ -112,7 +112,7 @@ def _plain(name: str) -> str:
 
 
 def is_time_name(name: str) -> bool:
-    """Tell whether a channel's name says that it is the time; ``time_2`` and ``Time - NDE`` do too."""
+    """Tell whether a channel name denotes time, including ``time_2`` and ``Time - NDE``."""
     bare = _split_label(name)[0]
     return (
         _plain(bare) in _TIME_NAMES
@@ -122,9 +122,9 @@ def is_time_name(name: str) -> bool:
 
 
 def time_factor(unit: str) -> float | None:
-    """Return the factor from a time channel's unit to s; None where it is no unit of time.
+    """Return the conversion factor from a time unit to s; None if it is not a unit of time.
 
-    No unit means s; ``"seconds since 2026-03-10"`` counts from an epoch that does not matter here.
+    No unit means s; the epoch in ``"seconds since 2026-03-10"`` is ignored.
     """
     text = unit.strip().split(" since ")[0]
     if text in _NO_UNIT:
@@ -136,10 +136,10 @@ def time_factor(unit: str) -> float | None:
 
 
 def moments(values: np.ndarray, unit: str) -> np.ndarray | None:
-    """Return the moments that a count of ticks since 1970 (or 1601, as Windows counts) stands for; None where it is none.
+    """Return tick counts since 1970 (or 1601 for Windows file time) as datetime64[ns]; None if they are not such counts.
 
-    As floats they would lose the digits that tell samples apart.  Without a unit their size tells what is counted.  Seconds
-    with decimals are read as they are.
+    As floats, the times would lose the digits that distinguish samples.  Without a unit, the tick is inferred from their
+    magnitude.  Fractional seconds are left to be read as ordinary times.
     """
     whole = values.dtype.kind in "iu"
     if values.size == 0 or not np.isfinite(values[0]):
@@ -156,9 +156,9 @@ def moments(values: np.ndarray, unit: str) -> np.ndarray | None:
 
 
 def interval_of(entries: Mapping[str, Any]) -> float | None:
-    """Return the sampling interval in s that scalars or attributes state, as an interval or as a rate; None without.
+    """Return the sampling interval in s from scalars or attributes that state an interval or a rate; None without any.
 
-    Numbers are s and Hz; texts may carry a unit (``"20 kHz"``).
+    Numbers are in s and Hz; texts may include a unit (``"20 kHz"``).
     """
     intervals = (number for number in _numbers(entries, _INTERVAL_NAMES, "s") if number > 0)
     rates = (number for number in _numbers(entries, _RATE_NAMES, "Hz") if number > 0)
@@ -166,12 +166,12 @@ def interval_of(entries: Mapping[str, Any]) -> float | None:
 
 
 def start_of(entries: Mapping[str, Any]) -> float | None:
-    """Return the time of the first sample in s that scalars or attributes state; None without."""
+    """Return the time of the first sample in s, if stated by scalars or attributes; None otherwise."""
     return next(_numbers(entries, _START_NAMES, "s"), None)
 
 
 def _numbers(entries: Mapping[str, Any], names: Collection[str], si: str) -> Iterator[float]:
-    """Go through the numbers that entries of some names hold, in a unit of SI."""
+    """Yield the numeric values, converted to the unit `si`, of the entries with one of the given names."""
     for key, entry in entries.items():
         bare, unit = _split_label(str(key))
         if _plain(bare) in names and (number := _number(entry, si, unit)) is not None:
@@ -179,11 +179,11 @@ def _numbers(entries: Mapping[str, Any], names: Collection[str], si: str) -> Ite
 
 
 def _stated(text: str, si: str, unit: str | None) -> float:
-    """Return an interval or a rate in SI from a text, with the unit that its name has where it has none of its own."""
+    """Return an interval or rate given as text in the unit `si`; the unit in its name applies if the text has none."""
     in_name = unit or ""
     if si == "Hz":
         text = _in_hz(text)
-        if in_name.lower() in ("", "hz"):  # no drop is recorded at 20.000 Hz
+        if in_name.lower() in ("", "hz"):  # 20.000 Hz means 20 kHz: no drop is recorded at 20 Hz
             text = _THOUSANDS.sub(lambda found: re.sub("[.,]", "", found[0]), text)
     text = _DECIMAL_COMMA.sub(r"\1.", text)
     known = si_unit_of(in_name) if in_name and is_bare(text) else None
@@ -191,7 +191,7 @@ def _stated(text: str, si: str, unit: str | None) -> float:
 
 
 def _in_hz(text: str) -> str:
-    """Return a unit of rates, or a text that ends with one, in Hz: ``kS/s`` are kHz."""
+    """Return a text with its unit of sampling rates rewritten in Hz: ``kS/s`` becomes ``kHz``."""
     return _PER_SECOND.sub(r"\1Hz", text.strip())
 
 

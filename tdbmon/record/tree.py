@@ -1,7 +1,6 @@
-"""Arrays in folders, as HDF5, MAT, CSV and Parquet files hold them, become channels on their time bases.
+"""Conversion of a tree of arrays, as read from HDF5, MAT, CSV and Parquet files, to channels on their time bases.
 
-Such files say by names and attributes alone what is time, what a rate and what a channel; this is the one place that
-interprets them.
+In such files only names and attributes distinguish times, rates and channels; they are interpreted here and nowhere else.
 """
 
 from __future__ import annotations
@@ -38,7 +37,7 @@ _PLAIN_VALUES = {"data", "values", "value", "y", "signal", "samples", "raw", "yd
 
 @dataclass(frozen=True)
 class Leaf:
-    """An array of numbers or moments (1-D, or 2-D with channels along the shorter side) with its attributes."""
+    """An array of numbers or date-times (1-D, or 2-D with channels along the shorter axis) with its attributes."""
 
     name: str
     values: np.ndarray
@@ -47,7 +46,7 @@ class Leaf:
 
 @dataclass(frozen=True)
 class Branch:
-    """A folder: arrays, entries (scalars and texts that describe them), and folders."""
+    """A node of the tree: its arrays, entries (scalars and texts that describe them), and subnodes."""
 
     name: str
     leaves: tuple[Leaf, ...]
@@ -56,12 +55,12 @@ class Branch:
 
 
 def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
-    """Return the channels of a tree; one that does not lie along a time is returned with its fault.
+    """Return the channels of a tree; channels without a time base are returned with their fault.
 
     Raises
     ------
     InputError
-        If there are arrays, but nothing tells when their samples were taken.
+        If there are arrays, but none of them has a time base.
     """
     channels = list(_channels(root, "", {}, []))
     found, timeless = ([each for each in channels if bool(each.fault) is lacks] for lacks in (False, True))
@@ -75,7 +74,7 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
 
 
 def text_of(entry: Any) -> str:
-    """Return an entry as text: bytes decoded, arrays of one element unpacked; "" where it is none."""
+    """Return an entry as text, with bytes decoded and one-element arrays unpacked; "" if it is not a text."""
     if isinstance(entry, np.ndarray):
         if entry.size != 1:
             return ""
@@ -86,7 +85,7 @@ def text_of(entry: Any) -> str:
 
 
 def first_text(entries: Mapping[str, Any], keys: tuple[str, ...]) -> str | None:
-    """Return the first entry under one of the keys (in lower case) that is a text."""
+    """Return the first nonempty text among the entries with the given keys (in lower case); None if there is none."""
     lowered = {str(key).lower(): value for key, value in entries.items()}
     for key in keys:
         if key in lowered and (text := text_of(lowered[key])):
@@ -95,20 +94,20 @@ def first_text(entries: Mapping[str, Any], keys: tuple[str, ...]) -> str | None:
 
 
 def stated_title(entries: Mapping[str, Any]) -> str:
-    """Return what a file calls its record; "" without."""
+    """Return the title of the record as stated in the file; "" if none is stated."""
     return first_text(entries, _TITLE_KEYS) or ""
 
 
 def stated_date(entries: Mapping[str, Any]) -> str:
-    """Return the date, with or without a time, that a file states, as it is written there; "" without.
+    """Return the date, with or without a time, as written in the file; "" if none is stated.
 
-    One that is not understood is returned where no other is, to be told of.
+    A date that cannot be interpreted is returned only if there is no other, so that it can be reported.
     """
     return first_dated(first_text(entries, (key,)) or "" for key in _DATE_KEYS)
 
 
 def _channels(branch: Branch, place: str, inherited: Mapping[str, Any], times: list[np.ndarray]) -> Iterator[Channel]:
-    """Go through the channels of a folder and those in it, whose place, entries and times are known above it."""
+    """Yield the channels of a node and its subnodes, given the path, entries and times inherited from its parents."""
     entries = {**inherited, **branch.entries}
     leaves = [column for leaf in branch.leaves for column in _columns(leaf, branch.entries)]
     clocks = [(i, _time(leaf)) for i, leaf in enumerate(leaves)]
@@ -137,7 +136,7 @@ def _channels(branch: Branch, place: str, inherited: Mapping[str, Any], times: l
         if time is not None:
             yield replace(_without_padding(channel, time), interval=interval)
         elif interval is not None:
-            own_start = start_of(leaf.attributes)  # 0 is stated as well as any other
+            own_start = start_of(leaf.attributes)  # a stated 0 must not be overridden
             start = start_of(entries) if own_start is None else own_start
             yield replace(channel, interval=interval, start=start or 0.0)
         else:
@@ -149,7 +148,7 @@ def _channels(branch: Branch, place: str, inherited: Mapping[str, Any], times: l
 
 
 def _fault(size: int, times: list[np.ndarray], longest: int) -> str:
-    """Say why an array has no time; `longest` is the size of the arrays that a rate stands for, 0 without a rate."""
+    """Return why an array has no time base; `longest` is the size of the arrays to which a rate applies, 0 without a rate."""
     if times:
         nearest = min((time.size for time in times), key=lambda each: abs(each - size))
         return (
@@ -165,7 +164,7 @@ def _fault(size: int, times: list[np.ndarray], longest: int) -> str:
 
 
 def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:
-    """Split a matrix into its channels; leave out what is no series of real numbers."""
+    """Return an array split into its columns, one leaf each; [] if it is not a real-valued or date-time series."""
     values = leaf.values
     if values.dtype.kind == "b":
         values = values.astype(np.int8)
@@ -186,7 +185,7 @@ def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:
 
 
 def _number(leaf: Leaf, attribute: str, without: float) -> float:
-    """Return an attribute of the packing that the CF conventions of netCDF have, which loggers use in other files too."""
+    """Return a CF packing attribute (``scale_factor``, ``add_offset``), which loggers also use outside netCDF."""
     stated = np.asarray(leaf.attributes.get(attribute, without))
     return float(stated.reshape(-1)[0]) if stated.size == 1 and stated.dtype.kind in "iuf" else without
 
@@ -214,7 +213,7 @@ def _unit(leaf: Leaf) -> str:
 
 
 def _times(values: np.ndarray, unit: str, factor: float) -> np.ndarray:
-    """Return times in s, or as moments."""
+    """Return times in s, or as datetime64 if they are tick counts or date-times."""
     if values.dtype.kind == "M":
         return values
     counted = moments(values, unit)
@@ -222,9 +221,9 @@ def _times(values: np.ndarray, unit: str, factor: float) -> np.ndarray:
 
 
 def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
-    """Return the first array in a stated unit of time that increases throughout: a time by another name.
+    """Return the index and times of the first strictly increasing array with a unit of time, whatever its name.
 
-    Without any, one that only repeats itself, such as a clock of too few digits: its fault is told later.
+    If there is none, the first non-decreasing one, such as a clock with too few digits, whose fault is reported later.
     """
     repeats: dict[int, np.ndarray] = {}
     for i, leaf in enumerate(leaves):
@@ -241,7 +240,7 @@ def _by_its_unit(leaves: list[Leaf]) -> dict[int, np.ndarray]:
 
 
 def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: list[np.ndarray]) -> np.ndarray | None:
-    """Return the time of an array's length: the last one before it, or the first after it, or one further up."""
+    """Return the time array of matching length: the last one before the array, else the first after it, else an inherited one."""
     fitting = {i: time for i, time in own.items() if time.size == leaf.values.size}
     if fitting:
         before = [i for i in fitting if i < index]
@@ -252,8 +251,11 @@ def _time_for(index: int, leaf: Leaf, own: Mapping[int, np.ndarray], inherited: 
 def _label(
     leaf: Leaf, split: tuple[str, str | None], branch: Branch, place: str, alone: bool
 ) -> tuple[str, str, str]:
-    """Return what a channel is called, where it is stored if by another name, and its unit."""
-    bare, at_end = split  # of its name
+    """Return a channel's name, the path under which it is stored ("" if it has the same name), and its unit.
+
+    `split` is the leaf's name without the unit at its end, and that unit.
+    """
+    bare, at_end = split
     unit = first_text(leaf.attributes, _UNIT_KEYS)
     name = first_text(leaf.attributes, _NAME_KEYS)
     is_folder = alone and bare.lower() in _PLAIN_VALUES and branch.name != ""
@@ -261,13 +263,13 @@ def _label(
         name = name or first_text(branch.entries, _NAME_KEYS) or branch.name
         unit = unit if unit is not None else first_text(branch.entries, _UNIT_KEYS)
     if at_end is None or (unit is not None and si_unit_of(unit) != si_unit_of(at_end)):
-        bare = leaf.name  # it ends with something else than its unit
+        bare = leaf.name  # it does not end with its unit
     own, path = (branch.name, place) if is_folder else (bare, f"{place}/{bare}" if place else bare)
     return name or own, path if name not in (None, own) else "", unit if unit is not None else (at_end or "")
 
 
 def _without_padding(channel: Channel, time: np.ndarray) -> Channel:
-    """Cut what was padded at the end of a table whose columns differ in length: rows without a time."""
+    """Return a channel with its time, without trailing rows that have no time, i.e. padding of columns of unequal length."""
     known = np.flatnonzero(np.isfinite(time))
     end = int(known[-1]) + 1 if known.size else 0
     if end == time.size or np.isfinite(channel.values[end:]).any():

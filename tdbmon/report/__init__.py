@@ -1,4 +1,4 @@
-"""Reports: one document of sections, words, tables and figures, written as HTML or PDF."""
+"""Reports: one document of sections, paragraphs, tables and figures, written as HTML or PDF."""
 
 from tdbmon.report.document import Document
 from tdbmon.report.drop_report import build_report

@@ -1,4 +1,4 @@
-"""Widths of a table's columns on paper, from the words in them."""
+"""Column widths of a table on paper, from the text in its cells."""
 
 from __future__ import annotations
 
@@ -18,21 +18,21 @@ if TYPE_CHECKING:
     from matplotlib.ft2font import FT2Font
 
 Array = NDArray[np.float64]
-PAGE = 170 / 25.4 * 72  # between the margins of A4, pt
-BESIDE = 3 / 25.4 * 72  # room between columns, pt
-_SIZE = 8  # of the letters in a table, pt
-_WORDS = 0.85  # of the page: whole words that take more leave too little to long cells
-_STEPS = (4.0, 8.0, 16.0, 32.0, 64.0)  # by which widths are tried, pt
-_SLACK = 0.5  # pt, what letters side by side may take beyond what is reckoned
-_BREAK = "\u200b"  # a line may end here
-_PARTS = re.compile(r"(?<=[-_./])(?=.)")  # of a word, which may stand on lines of their own
+PAGE = 170 / 25.4 * 72  # width between the margins of A4, pt
+BESIDE = 3 / 25.4 * 72  # space between columns, pt
+_SIZE = 8  # font size in a table, pt
+_WORDS = 0.85  # of the page: if unbroken words take more, too little is left for long cells
+_STEPS = (4.0, 8.0, 16.0, 32.0, 64.0)  # steps of the width search, pt
+_SLACK = 0.5  # pt, allowance for the difference between computed and set text width
+_BREAK = "\u200b"  # zero-width space: a line may break here
+_PARTS = re.compile(r"(?<=[-_./])(?=.)")  # splits a word into parts that may stand on separate lines
 
 
 def column_widths(table: Table) -> list[float] | None:
-    """Return the columns' widths, pt; None for a table that fits the page as it is.
+    """Return the column widths, pt; None for a table that fits the page without wrapping.
 
-    The widths are those, as far as one column's gain and another's loss tell, with which the table has the fewest lines.  No
-    column is narrower than its longest word or part of one, as far as the page goes.
+    The widths minimise the number of lines of the table, by a local search that moves width from one column to another.  No
+    column is narrower than its longest word, or part of a word, as far as the page permits.
     """
     columns = [_Column(head, [row.cells[k] for row in table.rows]) for k, head in enumerate(table.header)]
     wished = np.array([column.wished for column in columns])
@@ -52,14 +52,14 @@ def column_widths(table: Table) -> list[float] | None:
 
 
 class _Column:
-    """The words of a column, by their lengths.
+    """The text of a column, as widths of its words.
 
     Attributes
     ----------
     wished : float
-        Width with which every cell has one line, pt.
+        Width at which every cell fits on one line, pt.
     word, part : float
-        Widths of its longest word, and of the longest part of one, pt.
+        Widths of its longest word, and of the longest part of a word, pt.
     """
 
     def __init__(self, head: str, cells: list[str]) -> None:
@@ -73,7 +73,7 @@ class _Column:
         self._heights: dict[float, Array] = {}
 
     def heights(self, width: float) -> Array:
-        """Return how many lines each cell takes; parts of lines count a little, so that widths move at all."""
+        """Return the number of lines of each cell, plus a small term for partial lines that guides the search."""
         if width not in self._heights:
             room = width - BESIDE
             lines = [_lines(words, room) for words in self._words]
@@ -82,7 +82,7 @@ class _Column:
 
 
 def _least(columns: list[_Column]) -> Array:
-    """Return the widths below which no column goes: of their words, where these do not fit of parts, else cut off."""
+    """Return the least column widths: of the longest words if these fit, else of the longest parts, truncated if need be."""
     words, parts = (np.array([getattr(column, name) for column in columns]) for name in ("word", "part"))
     if words.sum() <= _WORDS * PAGE:
         return words
@@ -91,7 +91,7 @@ def _least(columns: list[_Column]) -> Array:
 
 
 def _lines(words: list[float], room: float) -> float:
-    """Return how many lines words take that are set one after another, and broken where one is longer than a line."""
+    """Return the number of lines of words set one after another, with words longer than a line broken."""
     lines, used, space = 1.0, 0.0, _width(" ")
     for word in words:
         if used and used + space + word <= room:
@@ -104,13 +104,13 @@ def _lines(words: list[float], room: float) -> float:
 
 
 def _height(columns: list[_Column], widths: Array) -> float:
-    """Return how many lines the rows of a table take."""
+    """Return the number of lines of all rows of a table."""
     heights = [column.heights(round(float(width), 3)) for column, width in zip(columns, widths, strict=True)]
     return float(np.max(heights, axis=0).sum())
 
 
 def _moved(widths: Array, giver: int, taker: int, step: float) -> Array:
-    """Return the widths after one column has given another some."""
+    """Return the widths after moving `step` from one column to another."""
     out = widths.copy()
     out[giver] -= step
     out[taker] += step
@@ -118,7 +118,7 @@ def _moved(widths: Array, giver: int, taker: int, step: float) -> Array:
 
 
 def breakable(text: str, width: float) -> str:
-    """Return words in which those longer than a column of a width, pt, may break: after a mark, else anywhere."""
+    """Return a text with break points in words wider than the column's width, pt: after punctuation, else anywhere."""
 
     def broken(word: str) -> str:
         if _width(word) + BESIDE <= width:
@@ -129,13 +129,13 @@ def breakable(text: str, width: float) -> str:
 
 
 def _width(text: str, bold: bool = False) -> float:
-    """Return how long a line of text is, pt."""
+    """Return the width of a line of text, pt."""
     return sum(_advance(letter, bold) for letter in text)
 
 
 @cache
 def _advance(letter: str, bold: bool) -> float:
-    """Return how far a letter moves the pen, pt; one that the fonts lack counts as their sign for that."""
+    """Return the advance width of a character, pt; a character missing in the fonts counts as their placeholder glyph."""
     from matplotlib.ft2font import LoadFlags
 
     font = _font(bold)
@@ -145,7 +145,7 @@ def _advance(letter: str, bold: bool) -> float:
 
 @cache
 def _font(bold: bool) -> FT2Font:
-    """Return the letters of the reports, in the size of a table's."""
+    """Return the font of the reports in the size used for tables."""
     from matplotlib import get_data_path
     from matplotlib.ft2font import FT2Font
 

@@ -1,4 +1,4 @@
-"""The report of one drop against those before it."""
+"""The report of the comparison of one drop with earlier ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def build_compare_report(judged: Judged, standing: Sequence[Judged] = ()) -> Doc
     judged : Judged
         The drop.
     standing : sequence of Judged, optional
-        Alarms of earlier drops that stand (`tdbmon.history.standing.standing_beside`).
+        Standing alarms of earlier drops (`tdbmon.history.standing.standing_beside`).
     """
     comparison = judged.comparison
     entry = comparison.entry

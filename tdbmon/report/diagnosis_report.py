@@ -1,4 +1,4 @@
-"""The report of a diagnosis: the evidence in the order in which a reader would judge it."""
+"""The report of a diagnosis, with the evidence in the order in which a reader would assess it."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ def build_diagnosis_report(diagnosis: Diagnosis, note: str = "", since: Referenc
     ----------
     diagnosis : Diagnosis
     note : str, optional
-        Said under the title, e.g. that the records are synthetic: a diagnosis no longer holds them.
+        Shown under the title, e.g. that the records are synthetic, which the diagnosis itself does not state.
     since : Reference, optional
-        Earlier drops, against which these were diagnosed.
+        Earlier drops with which these were compared.
 
     Raises
     ------
     InputError
-        If a model cannot be simulated to the horizon of the likeliest one.
+        If a model cannot be simulated to the horizon of the most probable one.
     """
     evidence = evidence_of(diagnosis)
     parts: list[Section | None] = [

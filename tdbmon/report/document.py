@@ -1,4 +1,4 @@
-"""A report as one tree of sections, words, tables and figures, from which every output format is written."""
+"""A report as a tree of sections, paragraphs, tables and figures, from which every output format is written."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ if TYPE_CHECKING:
 
 Tone = Literal["good", "attention", "plain"]
 
-_HEAVY_BYTES = 300_000  # an SVG beyond this is heavier than the PNG of the same figure
+_HEAVY_BYTES = 300_000  # a larger SVG takes more bytes than the PNG of the same figure
 _DOTS_PER_INCH = 220  # of a PNG: sharp in print, and on a screen at twice its size
 
 
 @dataclass(frozen=True)
 class Paragraph:
-    """Plain words."""
+    """A paragraph of plain text."""
 
     text: str
 
 
 def sentence(text: str) -> Paragraph:
-    """Return words as a sentence of its own: a capital in front, a stop behind where there is no question mark."""
+    """Return a text as a sentence: first letter capitalised, a full stop added unless it ends with a question mark."""
     return Paragraph(f"{capitalised(text)}{'' if text.endswith('?') else '.'}")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """A finding that stands out; `tone` says whether it asks for attention."""
+    """A highlighted finding; `tone` says whether it needs attention."""
 
     text: str
     tone: Tone = "plain"
@@ -46,7 +46,7 @@ class Verdict:
 
 @dataclass(frozen=True)
 class Row:
-    """Cells of a table's row, the first being its heading."""
+    """Cells of a table row, the first being its heading."""
 
     cells: tuple[str, ...]
     tone: Tone = "plain"
@@ -54,7 +54,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Table:
-    """A table with a caption, a header and rows of as many cells."""
+    """A table with a caption, a header and rows with as many cells as the header."""
 
     caption: str
     header: tuple[str, ...]
@@ -68,7 +68,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Image:
-    """A figure as drawn: SVG where that is light, PNG where it is not."""
+    """A rendered figure: SVG, or PNG if the SVG would be large."""
 
     kind: Literal["svg", "png"]
     data: bytes
@@ -77,16 +77,16 @@ class Image:
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure: `draw` makes it once, on first use, for all formats.
+    """A figure, drawn by `draw` once, on first use, for all formats.
 
     Attributes
     ----------
     name : str
         Unique in the document; letters, digits and hyphens.
     caption : str
-        What it shows and how to read it.
+        What the figure shows and how to read it.
     alt : str
-        The same for those who cannot see it, in a sentence.
+        Alternative text of one sentence for readers who cannot see it.
     draw : callable
         Returns a matplotlib figure.
     """
@@ -102,7 +102,7 @@ class Figure:
 
     @cached_property
     def image(self) -> Image:
-        """The figure, drawn."""
+        """The rendered figure."""
         from matplotlib import rc_context
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.backends.backend_svg import FigureCanvasSVG
@@ -112,8 +112,8 @@ class Figure:
         drawing = self.draw()
         width = float(drawing.get_size_inches()[0]) * 25.4
         out = io.BytesIO()
-        # the salt makes the identifiers inside the SVG the same in every run, and different in every figure; printing by
-        # the canvas lays out and draws once, where savefig draws twice
+        # the salt makes the identifiers inside the SVG reproducible and unique to the figure; print_svg of the canvas draws
+        # once, savefig twice
         with rc_context({**STYLE, "svg.hashsalt": self.name}):
             FigureCanvasSVG(drawing).print_svg(out, metadata={"Date": None, "Creator": None})
             svg = with_palettes(out.getvalue())
@@ -127,7 +127,7 @@ class Figure:
 
 @dataclass(frozen=True)
 class SignalViewer:
-    """A place to look at the signals closely; only formats that can zoom have it."""
+    """An interactive viewer of the signals; only formats that can zoom include it."""
 
     title: str
     signals: Signals
@@ -138,7 +138,7 @@ Block = Paragraph | Verdict | Table | Figure | SignalViewer
 
 @dataclass(frozen=True)
 class Section:
-    """A headed part of the report."""
+    """A part of the report with a heading."""
 
     title: str
     blocks: tuple[Block, ...]
@@ -154,7 +154,7 @@ class Document:
     subtitle : str
         Machine and drop, for the page header.
     note : str
-        Said under the title, e.g. that the record is synthetic; empty for none.
+        Shown under the title, e.g. that the record is synthetic; empty for none.
     sections : tuple of Section
         The first one is the summary.
     """
@@ -166,5 +166,5 @@ class Document:
 
     @property
     def made(self) -> str:
-        """By what it was made, for the page footer."""
+        """Program and version that made the report, for the page footer."""
         return f"tdbmon {__version__}"

@@ -38,9 +38,9 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
     ----------
     analysis : Analysis
     note : str, optional
-        Said under the title, e.g. that the record is synthetic.  A record that says so itself needs none.
+        Shown under the title, e.g. that the record is synthetic; added automatically if the record states that itself.
     fitted : FittedDrop, optional
-        The model fitted to this drop: how far it follows the record, forces, stresses.
+        The model fitted to this drop, with its agreement with the record, forces and stresses.
     """
     attributes = analysis.record.attrs
     if not note and is_synthetic(attributes):
@@ -62,7 +62,7 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
         natural_frequencies.section(analysis, fitted) if fitted is not None else None,
         _coast_down(fitted) if fitted is not None else None,
         whirl.section(analysis),
-        tracking.section(analysis) if analysis.falls else None,  # else there is no run-down to follow
+        tracking.section(analysis) if analysis.falls else None,  # else there is no run-down to track
         limits.section(analysis, fitted is not None),
         source.section(analysis),
     ]
@@ -75,7 +75,7 @@ def build_report(analysis: Analysis, note: str = "", fitted: FittedDrop | None =
 
 
 def _coast_down(fitted: FittedDrop) -> Section | None:
-    """Return the section on the coast-down beside that of the fitted model; None where it was not simulated."""
+    """Return the section on the measured coast-down beside the simulated one; None if it was not simulated."""
     if fitted.coast_down is None:
         return None
     return coast_down.section(fitted.coast_down, fitted.natural_frequencies, fitted.calibration.horizon)

@@ -50,7 +50,7 @@ def build_fleet_report(members: list[Member]) -> Document:
 
 
 def _reasons(members: list[Member]) -> list[Section]:
-    """Return why machines ask for attention, what else of them differs, and what of them bears no comparison."""
+    """Return the sections on the reasons for alarms, other differences, and quantities that could not be compared."""
     why = []
     for m in members:
         why += [(m.machine, each.name, reason) for each in m.standing for reason in each.verdict.reasons[:REASONS]]
@@ -65,7 +65,7 @@ def _reasons(members: list[Member]) -> list[Section]:
 
 
 def _listed(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Table:
-    """Return rows as a table in which a machine or a drop is named where it changes only."""
+    """Return rows as a table in which leading cells equal to those of the row above are left blank."""
     named: list[tuple[str, ...]] = [("",) * len(header), *rows]
     cells = [
         tuple("" if row[: k + 1] == above[: k + 1] else cell for k, cell in enumerate(row))
@@ -75,7 +75,7 @@ def _listed(caption: str, header: tuple[str, ...], rows: Sequence[tuple[str, ...
 
 
 def _told_beside(member: Member) -> list[str]:
-    """Return what the drop by which a machine is judged shows beside its verdict, unless the reasons above say it."""
+    """Return remarks on the judged drop of a machine besides its verdict, unless they are among the reasons listed above."""
     above = member.verdict.reasons[:REASONS] if member.standing else ()
     return [each for each in beside(member.comparison) if each not in above]
 
@@ -99,7 +99,7 @@ def _table(members: list[Member]) -> Table:
 
 
 def _life_table(members: list[Member]) -> Table:
-    """What each machine's bearings went through up to its latest drop; damage, margin and stress only where any has one."""
+    """Return the usage of each machine's bearings up to its latest drop; damage, margin and stress only if any has one."""
     lives = [m.latest.comparison.life for m in members]
     damaged, agreed = any(each.damage.known for each in lives), any(each.margin.known for each in lives)
     stressed = any(m.hardest for m in members)
@@ -117,13 +117,13 @@ def _life_table(members: list[Member]) -> Table:
 
 
 def _damage(life: Life) -> str:
-    """Return the damage of the end that suffered most, with its name."""
+    """Return the greatest damage of any end, with the end's name."""
     worst = [end for end, each in life.damages.items() if each == life.damage]
     return f"{short(life.damage)} at {worst[0]}" if worst else "–"
 
 
 def _stress(member: Member) -> str:
-    """Return the greatest stress of the latest drop and those that match it, against the limit."""
+    """Return the greatest stress of the latest drop and its matching drops, relative to the limit."""
     if member.hardest is None:
         return "–"
     end, stress = member.hardest
@@ -131,7 +131,7 @@ def _stress(member: Member) -> str:
 
 
 def _finding(members: list[Member]) -> Finding:
-    """How many machines ask for attention, and of how many nothing is known yet: that is not "well"."""
+    """Return the number of machines with standing alarms, and of those with too few drops, which do not count as good."""
     alarms = sum(bool(m.standing) for m in members)
     few = sum(m.verdict.word == "too few drops" for m in members)
     asks = f"{alarms or 'None'} of {len(members)} machines {'asks' if alarms < 2 else 'ask'} for attention"

@@ -1,4 +1,4 @@
-"""A report as one HTML file that needs nothing else: no network, no script but its own."""
+"""A report as one self-contained HTML file: no network access, no script but its own."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from tdbmon.report.typeset import typeset
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-_MARKS = re.compile(r"(?<=\S{8}[-_./])(?=\S{8})")  # places within a long word, after a mark
+_MARKS = re.compile(r"(?<=\S{8}[-_./])(?=\S{8})")  # break points within a long word, after punctuation
 TEMPLATES = Path(__file__).parent / "templates"
 
 
 def write_html(document: Document, path: str | Path) -> None:
-    """Write a report as a self-contained HTML file; it appears whole or not at all.
+    """Write a report as a self-contained HTML file, atomically.
 
     Raises
     ------
     InputError
-        If the place cannot be written.
+        If the path cannot be written.
     """
     write_text(Path(path), render_html(document))
 
@@ -35,8 +35,8 @@ def write_html(document: Document, path: str | Path) -> None:
 def render_html(document: Document) -> str:
     """Return a report as HTML text.
 
-    Every word of the document is escaped.  A content security policy allows the page's own style sheet and script by
-    their hashes, images inside the page, and nothing else.
+    All text of the document is escaped.  A content security policy allows the page's own style sheet and script by
+    their hashes, embedded images, and nothing else.
     """
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
@@ -81,7 +81,7 @@ def _verbatim(text: str) -> Markup:
 
 
 def _json(data: Any) -> Markup:
-    """JSON that cannot end the script element it stands in: markup characters are written as escapes."""
+    """Return JSON with markup characters escaped, so that it cannot close the script element that contains it."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False)
     for character in "<>&":
         text = text.replace(character, f"\\u{ord(character):04x}")
@@ -89,7 +89,7 @@ def _json(data: Any) -> Markup:
 
 
 def _breakable(text: str) -> Markup:
-    """A cell in which long names may end a line after a mark, so that they do not push the other columns out of sight."""
+    """Return a cell whose long names may break after punctuation, so that they do not push other columns out of view."""
     from markupsafe import Markup
 
     return Markup("<wbr>").join(_MARKS.split(typeset(text)))

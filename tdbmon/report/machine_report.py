@@ -99,7 +99,7 @@ def _courses(history: MachineHistory) -> Section:
 
 
 def _without_ring(history: MachineHistory) -> list[Block]:
-    """Say why drops at the level of ringed ones have no ring."""
+    """Return an explanation why drops at the same level as flagged (ringed) ones are not flagged."""
     found = [
         f"{change.title}: {judged.comparison.entry.raw_name} (p = {change.p_adjusted:.2g}, corrected)"
         for judged in history.judged
@@ -120,7 +120,7 @@ def _without_ring(history: MachineHistory) -> list[Block]:
 
 
 def _stays_off(change: Change) -> bool:
-    """Whether a drop lies nearer to those that were off just before it than to those that it is held against."""
+    """Whether a drop lies nearer to the deviating drops just before it than to its baseline."""
     if not change.since or change.difference is None:
         return False
     last = (change.earlier[-1][1].value or 0.0) - change.difference.before.centre
@@ -128,7 +128,7 @@ def _stays_off(change: Change) -> bool:
 
 
 def _trend_row(course: Course) -> Row:
-    """Return a course's slope, or where and by how much it stepped."""
+    """Return a table row with the slope of a course, or the place and size of its step."""
     start = (course.title, f"{len(course.values)}")
     if course.step is not None:
         by = short(course.rise, 0.1 * abs(course.rise.value or 0.0))

@@ -1,4 +1,4 @@
-"""Making the images inside a figure small: 256 colours are plenty for a plot."""
+"""Reduction of images in figures to 256 colours, which suffice for a plot."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _EMBEDDED = re.compile(rb'(href="data:image/png;base64,)\s*([^"]+)"')
 
 
 def with_palettes(svg: bytes) -> bytes:
-    """Return an SVG whose PNG images have a palette of 256 colours, where that is smaller."""
+    """Return an SVG whose PNG images have a palette of 256 colours, if that is smaller."""
 
     def smaller(found: re.Match[bytes]) -> bytes:
         return found.group(1) + base64.b64encode(with_palette(base64.b64decode(found.group(2)))) + b'"'
@@ -19,7 +19,7 @@ def with_palettes(svg: bytes) -> bytes:
 
 
 def with_palette(png: bytes) -> bytes:
-    """Return a PNG with a palette of 256 colours, or the PNG itself where that is no larger."""
+    """Return a PNG with a palette of 256 colours, or the PNG itself if that is no larger."""
     from PIL import Image
 
     out = io.BytesIO()

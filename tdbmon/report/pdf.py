@@ -1,4 +1,4 @@
-"""A report as PDF (A4), set by typst; the same document gives the same bytes."""
+"""A report as PDF (A4), typeset by typst; the same document gives the same bytes."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ _TEMPLATE = Path(__file__).parent / "templates" / "report.typ"
 
 
 def write_pdf(document: Document, path: str | Path) -> None:
-    """Write a report as PDF; it appears whole or not at all.
+    """Write a report as PDF, atomically.
 
     Raises
     ------
     InputError
-        If the place cannot be written.
+        If the path cannot be written.
     """
     write_bytes(Path(path), render_pdf(document))
 
@@ -29,19 +29,19 @@ def write_pdf(document: Document, path: str | Path) -> None:
 def render_pdf(document: Document) -> bytes:
     """Return a report as PDF/A-2a with alternative texts.
 
-    Words reach typst as JSON data, never as source, so that markup in a name stays text.  The fonts are those that come
-    with matplotlib; no clock is read.
+    Text is passed to typst as JSON data, never as source, so that markup in a name stays text.  The fonts are those shipped
+    with matplotlib; no time stamp is written.
     """
     return _set(document, {"pdf_standards": ["a-2a"], "timestamp": 0})
 
 
 def render_first_page(document: Document) -> bytes:
-    """Return the first page as it is on paper, as a PNG picture of 90 dots an inch."""
+    """Return the first page as a PNG image of 90 dots per inch."""
     return _set(document, {"format": "png", "ppi": 90.0})
 
 
 def _set(document: Document, output: dict[str, Any]) -> bytes:
-    """Return the PDF, or the picture of its first page."""
+    """Return the typeset PDF, or an image of its first page."""
     import typst
     from matplotlib import get_data_path
 
@@ -75,7 +75,7 @@ def _tree(document: Document, folder: Path) -> dict[str, Any]:
 
 
 def _block(block: Block, folder: Path) -> dict[str, Any] | None:
-    """A block as data; None for one that paper cannot show."""
+    """Return a block as data for typst; None for a block that cannot be printed."""
     if isinstance(block, Paragraph):
         return {"kind": "Paragraph", "text": block.text}
     if isinstance(block, Verdict):
@@ -97,7 +97,7 @@ def _block(block: Block, folder: Path) -> dict[str, Any] | None:
 
 
 def _table(table: Table) -> dict[str, Any]:
-    """A table as data; a column without a width is as wide as its words."""
+    """Return a table as data for typst; a column without a width is as wide as its text."""
     widths = column_widths(table)
 
     def fitted(cells: tuple[str, ...]) -> list[str]:

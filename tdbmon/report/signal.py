@@ -1,7 +1,7 @@
-"""Signals for the viewer of an HTML report: least and largest of equal bins of time as 16-bit integers, finer around the drop.
+"""Signals for the viewer of an HTML report: minimum and maximum of equal time bins as 16-bit integers, finer around the drop.
 
-A bin in which no sample lies has no value, so that what follows a hole in the time axis stands where it belongs.  What is told
-turn by turn from a keyphasor goes on between its times.
+A bin without samples has no value, so that gaps in the time axis keep their length.  A speed known once per revolution from a
+keyphasor is interpolated.
 """
 
 from __future__ import annotations
@@ -19,15 +19,15 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
 
 _BINS = 4000
-_SAMPLES = 6000  # as heavy as the bins: so many are kept as they are
-_SPANS = (4.0, 0.5)  # s after the release that are kept finer
+_SAMPLES = 6000  # about as many bytes as the bins (two values each): up to here samples are kept unbinned
+_SPANS = (4.0, 0.5)  # s after the release, kept at finer resolution
 _LEAD = 0.05  # s before it
 _NONE = -32768  # no value in the bin
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A channel to look at: times (n,) in s, values (n,) in `unit`; those of one `pane` share an axis."""
+    """A channel of the viewer: times (n,) in s, values (n,) in `unit`; channels of one `pane` share an axis."""
 
     name: str
     pane: str
@@ -38,14 +38,14 @@ class Signal:
 
 @dataclass(frozen=True)
 class Signals:
-    """Channels, the stretches that are kept finer than the rest, and marks on the time axis."""
+    """Channels of the viewer, the time spans kept at finer resolution, and marks on the time axis."""
 
     channels: tuple[Signal, ...]
     spans: tuple[tuple[float, float], ...]
     marks: tuple[tuple[str, float], ...]
 
     def packed(self) -> dict[str, Any]:
-        """Return what the viewer reads, as plain dictionaries, lists, numbers and texts."""
+        """Return the data for the viewer as plain dictionaries, lists, numbers and strings."""
         return {
             "channels": [
                 {"name": c.name, "pane": c.pane, "unit": c.unit, **_packed(c, self.spans)} for c in self.channels
@@ -55,7 +55,7 @@ class Signals:
 
 
 def signals_of(analysis: Analysis) -> Signals | None:
-    """Return displacement at both ends and the speed; None where the record holds neither."""
+    """Return displacement at both ends and the speed; None if the record has neither."""
     channels = []
     if analysis.planes is not None:
         time = analysis.planes.time.to_numpy()
@@ -69,7 +69,7 @@ def signals_of(analysis: Analysis) -> Signals | None:
                 )
     if len(analysis.speed_time) > 1:
         time, hz = analysis.speed_time, analysis.speed_hz
-        if not _is_sampled(analysis):  # one value a turn
+        if not _is_sampled(analysis):  # one value per revolution
             even = np.linspace(time[0], time[-1], _SAMPLES)
             time, hz = even, np.interp(even, time, hz)
         channels.append(Signal("speed", "speed", "Hz", time, hz))
@@ -83,13 +83,13 @@ def signals_of(analysis: Analysis) -> Signals | None:
 
 
 def _is_sampled(analysis: Analysis) -> bool:
-    """True where the speed is that of the record's channel, hole by hole, and not of the keyphasor's turns."""
+    """True if the speed comes from the record's speed channel (with its gaps), not from the keyphasor's revolutions."""
     record = analysis.record
     return "speed" in record and len(analysis.speed_time) == int(np.isfinite(record["speed"].to_numpy()).sum())
 
 
 def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str, Any]:
-    """Scale and levels, the coarsest first; a level that is no finer than the one before is left out."""
+    """Return scale and levels of resolution, the coarsest first; a level no finer than the one before is left out."""
     finite = channel.values[np.isfinite(channel.values)]
     top, bottom = (float(finite.max()), float(finite.min())) if finite.size else (0.0, 0.0)
     scale = max((top - bottom) / 65000, 1e-12)
@@ -122,7 +122,7 @@ def _packed(channel: Signal, spans: tuple[tuple[float, float], ...]) -> dict[str
 
 
 def _places(time: np.ndarray, interval: float) -> np.ndarray:
-    """Number samples (n,) as if those that holes lack were there."""
+    """Return the indices (n,) that the samples would have on a uniform time axis without gaps."""
     number = np.arange(len(time))
     for piece in pieces(time)[1:]:
         number[piece] += round(float(time[piece.start] - time[0]) / interval) - piece.start
@@ -130,7 +130,7 @@ def _places(time: np.ndarray, interval: float) -> np.ndarray:
 
 
 def _envelope(values: np.ndarray, number: np.ndarray, bins: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return least and largest value of each bin, (bins,); `number` (n,), rising, says in which one a value lies."""
+    """Return minimum and maximum of each bin, (bins,) each; `number` (n,), ascending, is the bin of each value."""
     filled, first = np.unique(number, return_index=True)
     sides = np.full((2, bins), np.nan)
     sides[0, filled], sides[1, filled] = np.fmin.reduceat(values, first), np.fmax.reduceat(values, first)

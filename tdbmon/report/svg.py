@@ -1,4 +1,4 @@
-"""Preparing matplotlib's SVG for a page that allows no inline styles and holds many figures."""
+"""Preparation of matplotlib's SVG for a page that forbids inline styles and contains many figures."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ _DRAWN = {"svg", "g", "path", "use", "text", "tspan", "image", "rect", "clipPath
 def inline_svg(data: bytes, name: str, description: str) -> str:
     """Return an SVG element for the body of an HTML page.
 
-    Styles become presentation attributes (a strict content security policy forbids style attributes), identifiers get
-    the figure's name in front (they must be unique on the page), anything that draws nothing is left out.
+    Styles become presentation attributes (a strict content security policy forbids style attributes), identifiers are
+    prefixed with the figure's name (they must be unique on the page), and elements that draw nothing are removed.
 
     Parameters
     ----------
     data : bytes
-        As matplotlib writes it.
+        The SVG file as matplotlib writes it.
     name : str
-        Of the figure; unique on the page.
+        Name of the figure; unique on the page.
     description : str
-        For those who cannot see the figure.
+        Alternative text for readers who cannot see the figure.
     """
     root = ET.fromstring(data)  # our own drawing, not a file from outside
     ET.register_namespace("", _SVG)
@@ -43,13 +43,13 @@ def inline_svg(data: bytes, name: str, description: str) -> str:
             element.set(f"{{{_XLINK}}}href", f"#{name}-{link[1:]}")
     for size in ("width", "height", "version"):
         root.attrib.pop(size, None)
-    # what matplotlib's style sheet says for every element
+    # matplotlib's style sheet sets these for every element
     root.attrib.update({"stroke-linejoin": "round", "stroke-linecap": "butt", "role": "img", "aria-label": description})
     return ET.tostring(root, encoding="unicode", short_empty_elements=True)
 
 
 def _prune(element: ET.Element) -> None:
-    """Drop what draws nothing (metadata, style sheets), group identifiers that nothing points to, and white space."""
+    """Remove elements that draw nothing (metadata, style sheets), unreferenced group identifiers, and white space."""
     for child in list(element):
         tag = str(child.tag).removeprefix(f"{{{_SVG}}}")
         if tag not in _DRAWN:

@@ -1,4 +1,4 @@
-"""Units as they are printed: checks and reasons have them as a terminal and the JSON do."""
+"""Typographic units for reports; checks and reasons use the ASCII units of terminal and JSON."""
 
 from __future__ import annotations
 
@@ -9,5 +9,5 @@ _AFTER_A_NUMBER = re.compile(r"(?<=[\d)] )(um|us|m/s2|m/s\^2|kg m\^2)\b")
 
 
 def typeset(text: str) -> str:
-    """Return words in which units that follow a number are printed: ``25 µm`` for ``25 um``."""
+    """Return a text with units after a number in typographic form: ``25 µm`` for ``25 um``."""
     return _AFTER_A_NUMBER.sub(lambda found: _PRINTED[found[0]], text)

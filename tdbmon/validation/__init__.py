@@ -1,1 +1,1 @@
-"""The program against published numbers: ``python -m tdbmon.validation`` writes docs/validation.md from runs."""
+"""Validation against published numbers: ``python -m tdbmon.validation`` runs the cases and writes docs/validation.md."""

@@ -1,4 +1,4 @@
-"""Write the report: ``python -m tdbmon.validation [FILE]`` (docs/validation.md where no file is given)."""
+"""Write the validation report: ``python -m tdbmon.validation [FILE]`` (default docs/validation.md)."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ fitted to synthetic drops stand beside the true ones in [forces](forces.md) and 
 
 
 def report() -> str:
-    """Return the whole report."""
+    """Return the whole report as Markdown."""
     chapters = (each.chapter() for each in (publication_one, first_drop, publication_two, case_study))
     return "\n".join([HEAD, *chapters])
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Write the report to the file that is named, or to docs/validation.md."""
+    """Write the report to the given file, by default docs/validation.md."""
     target = Path(arguments[0]) if arguments else Path("docs/validation.md")
     text = report()
     target.parent.mkdir(parents=True, exist_ok=True)

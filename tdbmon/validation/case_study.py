@@ -1,4 +1,4 @@
-"""The measured generator rotor of the dissertation's chapter 4.3, on pairs of XCB71914."""
+"""Case study: the measured generator rotor of the dissertation's chapter 4.3, on pairs of XCB71914 bearings."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 SPEEDS = (60.0, 100.0, 150.0, 210.0)  # Hz
 ENDS = ("NDE", "DE")
 PRINTED_FORCE = {"NDE": 2907.0, "DE": 4889.0}  # N, at 60 Hz
-PRINTED_STRESS = {  # MPa: greatest and average within 0.2 s
+PRINTED_STRESS = {  # MPa: maximum and average within 0.2 s, for each of SPEEDS
     "NDE": ((3014, 970), (3049, 1038), (3089, 1024), (3061, 1025)),
     "DE": ((3577, 1005), (3576, 1142), (3546, 1103), (3559, 1159)),
 }
@@ -34,12 +34,12 @@ STANDSTILL = 70.0  # s, after a drop from 100 Hz
 
 
 def machine() -> Machine:
-    """Return the stand-in for the measured machine."""
+    """Return the substitute model of the measured machine."""
     return load_machine(shipped("machines/generator_71914.toml"))
 
 
 def stresses(speed: float) -> dict[str, tuple[Array, float]]:
-    """Return, for each end, the peak pressure (ball, time) within 0.2 s of the release, Pa, and the peak force, N."""
+    """Return for each end the Hertz peak pressure (ball, time) within 0.2 s of the release, Pa, and the peak force, N."""
     drop = simulate(machine(), DropPlan(speed=speed, seconds=0.2))
     return {
         end: (
@@ -51,9 +51,9 @@ def stresses(speed: float) -> dict[str, tuple[Array, float]]:
 
 
 def under_printed_force(end: str, other_scale: bool) -> float:
-    """Return the greatest stress that a pair in X has under the printed peak force, Pa, whatever the rotor."""
+    """Return the greatest stress of a bearing pair in X arrangement under the printed peak force, Pa, whatever the rotor."""
     bearing = pair(pair_geometry(), ROW_COUNT, ROW_WIDTH, "X")
-    # a ball of each row at the bottom: the greatest load that one can have
+    # one ball of each row at the bottom gives the greatest ball load
     where = bearing.loaded([0.0, -PRINTED_FORCE[end], 0.0, 0.0, 0.0], -math.pi / 2)
     load = max(float(row.load.max()) for row in bearing.displaced(where, -math.pi / 2))
     if other_scale:

@@ -1,4 +1,4 @@
-"""Comparison of published numbers with ours, and tables of them."""
+"""Comparison of published with computed numbers, and Markdown tables."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Comparison:
-    """One published number (None where the source gives only a trend), ours, and what they are numbers of."""
+    """A quantity with its published value (None if the source gives only a trend) and its computed value."""
 
     quantity: str
     published: float | None
@@ -18,7 +18,7 @@ class Comparison:
 
     @property
     def difference(self) -> str:
-        """Ours less the published one, in per cent of it."""
+        """Computed minus published value, in per cent of the published one."""
         if self.published is None or self.published == 0:
             return ""
         share = 100 * (self.ours / self.published - 1)
@@ -26,7 +26,7 @@ class Comparison:
 
 
 def table(rows: Sequence[Comparison]) -> str:
-    """Return the rows as a Markdown table."""
+    """Return comparisons as a Markdown table."""
     lines = ["| quantity | published | ours | difference | remark |", "|---|---:|---:|---:|---|"]
     for row in rows:
         published = "" if row.published is None else f"{row.published:.4g} {row.unit}"
@@ -35,6 +35,6 @@ def table(rows: Sequence[Comparison]) -> str:
 
 
 def grid(head: Sequence[str], body: Sequence[Sequence[str]]) -> str:
-    """Return a Markdown table of texts."""
+    """Return rows of text as a Markdown table."""
     lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
     return "\n".join([*lines, *("| " + " | ".join(row) + " |" for row in body)])

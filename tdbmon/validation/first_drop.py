@@ -1,4 +1,4 @@
-"""Publication I: the contact sequence of the drop from 20000 rpm, and what could delay its first contact."""
+"""Publication I: the contact sequence of the drop from 20000 rpm, and possible causes for the delay of its first contact."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SPEED = 20000 / 60  # Hz
 PRINTED = (8.98e-3, 20.5e-3, 27.06e-3)  # s, starts of the first three contacts
 PRINTED_DURATION = 2e-3  # s, of the first
 SAMPLING = 100e3
-_JOIN = 0.5e-3  # s; contacts that leave each other for less count as one
+_JOIN = 0.5e-3  # s; contacts separated by less count as one
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Contacts:
     Attributes
     ----------
     starts, ends : tuple of float
-        s after the release.
+        Start and end times, s after the release.
     peak_force, peak_ball_load, impulse : float
-        Of the first contact, N, N and N s.
+        Values of the first contact, N, N and N s.
     ring_rest : float
         Sag of the inner ring in its clearance below the centre at the release, m.
     """
@@ -78,14 +78,14 @@ def sequence(
 
 
 def with_bearings(of: Machine, name: str, value: float) -> Machine:
-    """Return the machine with one exact value at both touchdown bearings."""
+    """Return the machine with one value set, without tolerance, at both touchdown bearings."""
     exact = Tolerant(nominal=value, low=value, high=value)
     bearings = tuple(bearing.model_copy(update={name: exact}) for bearing in of.touchdown_bearings)
     return of.model_copy(update={"touchdown_bearings": bearings})
 
 
 def variations() -> tuple[tuple[str, Machine], ...]:
-    """Return machines with one thing changed, from which the length of the first contact can be told."""
+    """Return machines with changed parameters, to show what determines the duration of the first contact."""
     of = machine()
     straight = of.model_copy(update={"rotor": of.rotor.model_copy(update={"elastic_modulus": 200e11})})
     return (
@@ -100,7 +100,7 @@ def variations() -> tuple[tuple[str, Machine], ...]:
 
 @dataclass(frozen=True)
 class Candidate:
-    """Something that could delay the first contact: its run at a size in `unit`, and the sizes to search between."""
+    """A possible cause for the delay of the first contact: a run with a given size in `unit`, and the bracket of the search."""
 
     name: str
     unit: str
@@ -137,7 +137,7 @@ CANDIDATES = (
 
 
 def needed(candidate: Candidate) -> float:
-    """Return the size at which the first contact comes at the printed instant."""
+    """Return the size at which the first contact occurs at the printed time."""
 
     def late(size: float) -> float:
         return candidate.run(size, 0.015).starts[0] - PRINTED[0]

@@ -1,4 +1,4 @@
-"""Publication I: stresses of the 6016's balls at the first contact, in nine arrangements of off-sized balls.
+"""Publication I: ball stresses of the 6016 at the first contact, in nine arrangements of off-sized balls.
 
 N. Neisi et al., Publication I of the dissertation (LUT University), tables 1 to 4 and figure 11.
 """
@@ -71,7 +71,7 @@ def fitted_stiffness(geometry: BearingGeometry) -> float:
 
 
 def printed_pressure(geometry: BearingGeometry, load: Array) -> Array:
-    """Return the stress on the paper's scale, Pa: the fits, and 3 where 6 belongs under the cube root."""
+    """Return the stress on the paper's scale, Pa: with the fits, and with a factor 3 instead of 6 under the cube root."""
     kappa, _, second = brewe_hamrock(geometry.inner)
     contact = geometry.inner
     unit = (3 * kappa**2 * second * contact.radius / (math.pi * contact.modulus)) ** (1 / 3)
@@ -79,7 +79,7 @@ def printed_pressure(geometry: BearingGeometry, load: Array) -> Array:
 
 
 class FittedRow(BallRow):
-    """A row whose stiffness is that of the fits, as in the paper."""
+    """A row of balls with the stiffness from the Brewe-Hamrock fits, as in the paper."""
 
     @property
     def stiffness(self) -> Array:
@@ -89,16 +89,16 @@ class FittedRow(BallRow):
 
 @dataclass(frozen=True)
 class Found:
-    """What we find for an arrangement under the resultant of its printed stresses.
+    """Computed stresses of an arrangement under the resultant of its printed stresses.
 
     Attributes
     ----------
     resultant : float
-        N.
+        Resultant force, N.
     printed_scale, printed_scale_exact : (4,) array
         Stress of `LOADED` on the paper's scale, Pa, with the fits' stiffness and with the exact one.
     stress : (4,) array
-        Exact Hertz, Pa.
+        Exact Hertz stress of `LOADED`, Pa.
     """
 
     arrangement: Arrangement
@@ -109,7 +109,7 @@ class Found:
 
     @property
     def deviation(self) -> float:
-        """Greatest deviation of the distribution from the printed one, with the paper's fits."""
+        """Greatest relative deviation of the stresses from the printed ones, with the paper's fits."""
         return float(np.abs(self.printed_scale / np.array(self.arrangement.printed) - 1).max())
 
     @property
@@ -119,7 +119,7 @@ class Found:
 
 
 def check(arrangement: Arrangement) -> Found:
-    """Distribute the resultant of the printed stresses over the balls."""
+    """Return the stresses computed by distributing the resultant of the printed stresses over the balls."""
     row = arrangement.row
     index = [ball - 1 for ball in LOADED]
     unit = np.array([printed_pressure(row.geometries[i], np.array(1.0)) for i in index])

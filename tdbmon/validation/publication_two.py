@@ -36,7 +36,7 @@ def machine() -> Machine:
 
 
 def pair_of_71914() -> tuple[TouchdownBearing, BearingHeat]:
-    """Return the pair of 71914, and what the file says of its heat."""
+    """Return the pair of 71914 and its thermal data from the machine file."""
     bearing = machine().bearing(PAIR)
     if bearing.heat is None:
         raise InputError(f"touchdown_bearing '{PAIR}' of {machine().name}: the file tells of no heat")
@@ -44,25 +44,25 @@ def pair_of_71914() -> tuple[TouchdownBearing, BearingHeat]:
 
 
 def pair_geometry() -> BearingGeometry:
-    """Return how balls and races of a 71914 touch."""
+    """Return the contact geometry of balls and races of a 71914."""
     bearing, heat = pair_of_71914()
     return heat.geometry(bearing)
 
 
 def without_heat() -> Machine:
-    """Return the motor with bearings that stay cold and have no torque but the machine's constant drag."""
+    """Return the motor with bearings without heating and with no torque but the constant drag."""
     bearings = tuple(bearing.model_copy(update={"heat": None}) for bearing in machine().touchdown_bearings)
     return machine().model_copy(update={"touchdown_bearings": bearings})
 
 
 def drop(effects: Sequence[Effect] = (), shaft_angle: float = 0.0, of: Machine | None = None) -> xr.Dataset:
-    """Simulate the drop, released at an angle of the shaft, rad."""
+    """Simulate the drop, released at a shaft angle, rad."""
     plan = DropPlan(speed=SPEED, seconds=SECONDS, shaft_angle=shaft_angle)
     return simulate(of or machine(), plan, effects)
 
 
 def load_torque(of: xr.Dataset) -> Array:
-    """Return the torque (k,) that goes with the load of the pair's balls at each sample, N m."""
+    """Return the load-dependent friction torque (k,) of the pair at each sample, N m."""
     bearing, heat = pair_of_71914()
     at = of.sel(end=PAIR)
     count = bearing.balls.count
@@ -73,7 +73,7 @@ def load_torque(of: xr.Dataset) -> Array:
 
 
 def wavy(amplitude_um: float, order: int) -> list[Effect]:
-    """Return waves in the inner races and in the bores that the rotor meets, at both ends."""
+    """Return waviness of the inner races and out-of-roundness of the inner rings' bores, at both ends."""
     found = []
     for end in (DEEP_GROOVE, PAIR):
         found.append(parse(f"race_waviness:where={end},amplitude={amplitude_um} um,order={order},race=inner"))
@@ -82,7 +82,7 @@ def wavy(amplitude_um: float, order: int) -> list[Effect]:
 
 
 def at_speed(of: xr.Dataset, end: str) -> float:
-    """Return when the ring's rim first runs at the journal's speed within 1 %, s; not a number where it does not."""
+    """Return the time at which the ring's surface first reaches the journal's speed within 1 %, s; NaN if it never does."""
     ring = of["ring_speed"].sel(end=end).values
     bearing = machine().bearing(end)
     rolling = bearing.journal_radius / (bearing.journal_radius + bearing.radial_gap.nominal)
@@ -91,14 +91,14 @@ def at_speed(of: xr.Dataset, end: str) -> float:
 
 
 def settled_heat(of: xr.Dataset) -> Array:
-    """Return the mean heat of inner and outer races over the last 0.05 s, W."""
+    """Return the mean heat generated at inner and outer races over the last 0.05 s, W."""
     late = of["time"].values > SECONDS - 0.05
     races = (of[f"{race}_race_heat"].sel(heat_end=PAIR).values for race in ("inner", "outer"))
     return np.array([float(heat[late].mean()) for heat in races])
 
 
 def by_waves(amplitude_um: float, order: int, ideal: Sequence[xr.Dataset]) -> tuple[Array, Array]:
-    """Return the change of settled race heat (angle, race) and the inner ring's warmth (angle,), K, for `ANGLES`."""
+    """Return the change of settled race heat (angle, race) and the inner ring's temperature rise (angle,), K, at `ANGLES`."""
     changes, warmth = [], []
     for angle, without in zip(ANGLES, ideal, strict=True):
         warm = drop(wavy(amplitude_um, order), angle)

@@ -43,6 +43,15 @@ def test_exchanged_probes_are_named_among_the_two_pairs_that_look_alike(name, pa
     assert all(each in found.check.detail for each in (*pair, *rest))
 
 
+@pytest.mark.parametrize("end", ["NDE", "DE"])
+def test_where_the_file_has_all_probes_at_one_end_none_is_accused(end, machine):
+    at_one_end = tuple(probe.model_copy(update={"end": end}) for probe in machine.probes)
+    machine = machine.model_copy(update={"probes": at_one_end})
+    record = assign(read(DATASETS / "short" / "drop_100.nc"), machine)
+    record = record.assign({"NDE_A": record["DE_A"].variable, "DE_A": record["NDE_A"].variable})
+    assert exchanged_probes(to_planes(record, machine), record, machine, 0.1) is None
+
+
 def test_an_analysis_says_so(machine):
     raw = read(DATASETS / "short" / "drop_100.nc")
     raw = raw.assign({"NDE_A": raw["DE_A"].variable, "DE_A": raw["NDE_A"].variable})

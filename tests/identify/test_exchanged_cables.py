@@ -110,17 +110,3 @@ def test_diagnosis_names_no_cause_and_says_what_to_put_right(tmp_path):
     assert content["causes"] == []
     assert "cables of both ends exchanged" in content["why"]
     assert "put that right" in content["next_test"]
-
-
-def test_forces_say_that_no_value_is_to_be_trusted(tmp_path):
-    folder = shipped("short")
-    machine = tmp_path / "machine.toml"
-    machine.write_text(other_way_round((folder / "machine.toml").read_text()))
-    drop = str(sorted(folder.glob("drop_*.nc"))[1])
-    report = tmp_path / "r.html"
-    run = CliRunner().invoke(
-        app, ["analyse", str(machine), drop, "--forces", "--report", str(report)], catch_exceptions=False
-    )
-    assert run.exit_code == 0
-    assert "not to be trusted" in " ".join(run.output.split())
-    assert "not to be trusted" in report.read_text()

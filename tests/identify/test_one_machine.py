@@ -15,16 +15,19 @@ from tdbmon.identify.measured_drops import measured_drops
 from tdbmon.identify.one_machine import _far_more, mixed_drops
 from tdbmon.identify.problem import build_problem
 from tdbmon.progress import silent
-from tests.identify.drops import drop, machine
+from tests.identify.drops import TRUTH, drop, machine
 
 OWN, OTHER = "of this machine", "of one whose probes have other angles"
+SOFTER = "of this machine with half the support stiffness at DE"
 SHORT_S = 0.026
 
 
 def records(*kinds):
     made = []
     for k, kind in enumerate(kinds):
-        record = drop(speed=70.0 + 30 * k, seed=k, seconds=SHORT_S)
+        stiffness = TRUTH["DE.support_stiffness"] * (0.5 if kind is SOFTER else 1.0)
+        values = {**TRUTH, "DE.support_stiffness": stiffness}
+        record = drop(values, speed=70.0 + 30 * k, seed=k, seconds=SHORT_S)
         for end in machine().ends if kind is OTHER else ():  # turned by 45 deg
             a, b = record[f"{end}_A"], record[f"{end}_B"]
             turned = {a.name: (a + b) / np.sqrt(2), b.name: (b - a) / np.sqrt(2)}
@@ -65,7 +68,15 @@ def test_drops_of_one_machine_go_together_and_so_do_those_of_a_machine_that_is_n
     """The latter is a matter of the file."""
     assert told(OWN, OWN) is None
     assert told(OTHER, OTHER) is None
+    assert told(SOFTER, SOFTER) is None
     assert told(OWN) is None
+
+
+def test_drops_before_and_after_a_change_are_told_where_both_ends_have_touched():
+    """Two drops each of two states of a rig's machine had no verdict after 15 minutes."""
+    said = told(OWN, SOFTER, OWN, SOFTER)
+    assert said.startswith("drop_100.nc, drop_160.nc do not go with drop_70.nc, drop_130.nc")
+    assert "in the first 14 ms" in said
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The file formats that can be read, in the order in which they are tried; adding one adds a file and a line here."""
+"""The supported file formats, in the order in which they are tried; a new one needs a module and a line here."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tdbmon.record.formats.tdms import TDMS
 from tdbmon.record.formats.uff import UFF58
 from tdbmon.record.formats.wav import WAV
 
-# MAT 7.3 and netCDF 4 are HDF5 inside and come before it; anything that is text may be CSV, which comes last
+# MAT 7.3 and netCDF 4 are based on HDF5 and must precede it; any text may be CSV, which therefore comes last
 FORMATS: tuple[Format, ...] = (
     MAT(), NetCDF(), HDF5(), WAV(), TDMS(), MDF(), Parquet(), UFF58(), CSV(),
 )  # fmt: skip

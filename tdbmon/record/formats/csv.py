@@ -1,4 +1,4 @@
-"""CSV and its relatives: tables of numbers as text."""
+"""CSV and similar formats: tables of numbers as text."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from tdbmon.record.formats.text_cells import CLOCK, COMMENT, DATE, HALF_OF_DAY, 
 from tdbmon.record.formats.text_table import Layout, decoded, layout_of
 from tdbmon.record.tree import Branch, Leaf, channels_of, first_text, stated_date, stated_title
 
-_TIME_WORD = re.compile(r"(?i)(?:time|zeit|temps|t)(?![^\W\d_])")  # with which a name begins
+_TIME_WORD = re.compile(r"(?i)(?:time|zeit|temps|t)(?![^\W\d_])")  # at the beginning of a name
 _WHOLE_SECOND = re.compile(r"(:\d\d:\d\d)(?![\d.])")
 _CONTROL = bytes(set(range(32)) - set(b"\t\n\r\f\x1a"))
 
 
 class CSV:
-    """A row of names, perhaps one of units, and rows of numbers; separated by comma, semicolon, tab or blanks."""
+    """Text tables: a row of names, possibly one of units, and rows of numbers; separated by comma, semicolon, tab or blanks."""
 
     name = "CSV"
     extra: str | None = None
@@ -63,13 +63,13 @@ class CSV:
 
 
 def _further_times(leaves: list[Leaf]) -> list[Leaf]:
-    """Return columns of which a further time that stands between channels is called so, as ``t_speed [s]``.
+    """Return the columns with further time columns between channels, such as ``t_speed [s]``, renamed to time.
 
-    What follows it was sampled then, at another rate or later than what stands before it.
+    Such a column applies to the channels after it, sampled at another rate or at other times than those before it.
     """
     out = list(leaves)
     for i in range(2, len(leaves) - 1):
-        values = leaves[i].values[: int(np.isfinite(leaves[i].values).sum())]  # shorter columns end with empty cells
+        values = leaves[i].values[: int(np.isfinite(leaves[i].values).sum())]  # shorter columns are padded with empty cells
         if (
             _counts_time(leaves[0])
             and _counts_time(leaves[i])
@@ -86,17 +86,17 @@ def _counts_time(leaf: Leaf) -> bool:
 
 
 def _stated_moment(entries: Mapping[str, str]) -> str:
-    """Return the moment that the lines above the table state, a day and a clock in one entry or in two; "" without."""
+    """Return the date and time stated above the table, in one entry or in two; "" if none is stated."""
     date = stated_date(entries)
     clock = first_text(entries, ("time", "uhrzeit", "zeit", "time of day", "start time", "startzeit")) or ""
     moment = f"{date} {clock.replace(',', '.')}"
-    # day and clock may be understood together where the day alone is, and are told together where neither is
+    # combine them if the result can be interpreted, or if the date alone cannot be either (for the report)
     both = date and ":" in clock and ":" not in date
     return moment if both and (iso_date(moment) or not iso_date(date)) else date
 
 
 def _first_moment(lines: list[str], layout: Layout) -> str:
-    """Return day and clock of the first row, where the day has a column of its own; "" without."""
+    """Return date and time of day of the first row, if the date has a column of its own; "" otherwise."""
     cells = split(lines[layout.first], layout.separator)
     day = next((cell for cell in cells if DATE.fullmatch(cell)), "")
     clock = next((cell for cell in cells if CLOCK.fullmatch(cell)), "").replace(",", ".")
@@ -105,7 +105,7 @@ def _first_moment(lines: list[str], layout: Layout) -> str:
 
 
 def _cut_off(lines: list[str]) -> str:
-    """Tell of a last line without an end that is shorter than the ones before: its last number may lack digits."""
+    """Return a warning if the last line has no line end and is shorter than the previous ones, as if truncated; else ""."""
     before = [len(line) for line in lines[-21:-1] if line.strip()]
     if lines[-1].strip() and len(before) == 20 and len(lines[-1]) < min(before):
         return "the last line has no end and is the shortest: its last number may have been cut off"
@@ -114,14 +114,14 @@ def _cut_off(lines: list[str]) -> str:
 
 @dataclass(frozen=True)
 class _Column:
-    """Numbers; or moments, or seconds of a clock, with what the date of the first is."""
+    """A column of numbers, or of date-times or seconds of a clock, then with the date of the first ("" if unknown)."""
 
     values: np.ndarray
     began: str | None = None
 
 
 def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | None]:
-    """Return the columns; None for one without a name and values."""
+    """Return the columns of a table; None for one without name and values, or with dates beside a clock column."""
     below = enumerate(lines[layout.first :], start=layout.first + 1)
     body = {number: line for number, line in below if line.strip() and not COMMENT.match(line)}
     width = len(layout.header.names)
@@ -135,12 +135,12 @@ def _columns(lines: list[str], layout: Layout, path: Path) -> list[_Column | Non
 
 
 def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path) -> _Column | None:
-    """Return a column, whose rows stand in lines of such numbers."""
+    """Return column `k`, whose rows are in the lines of the given `numbers`; None as in `_columns`."""
     name = layout.header.names[k]
     if series.dtype.kind in "iufb":
         if series.isna().all():
             if not name:
-                return None  # rows that end with a separator
+                return None  # rows end with a separator
             return _Column(np.asarray(series, dtype=np.float64))
         return _Column(np.asarray(series))
     texts = series.astype(str).str.strip()
@@ -149,7 +149,7 @@ def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path)
     if CLOCK.fullmatch(texts.iloc[0]):
         return _clocks(texts, name, path)
     if DATE.fullmatch(texts.iloc[0]):
-        return None  # the day beside a clock column
+        return None  # dates beside a clock column
     values = pd.to_numeric(plain(texts, layout.decimal), errors="coerce")
     wrong = np.flatnonzero(values.isna().to_numpy() & series.notna().to_numpy() & (texts != "").to_numpy())
     if wrong.size == 0:
@@ -168,11 +168,11 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
             halves = HALF_OF_DAY.search(texts.iloc[0])
             readings = [_dated(texts, "Ymd") if halves else pd.to_datetime(texts, format="ISO8601")]
         else:
-            orders = ("dmY", "mdY") if "/" in texts.iloc[0] else ("dmY",)  # 03/11/2026 is two days at two places
+            orders = ("dmY", "mdY") if "/" in texts.iloc[0] else ("dmY",)  # 03/11/2026 is ambiguous
             readings = [_dated(texts, order) for order in orders]
     except (ValueError, TypeError):
         raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
-    # past midnight the wrong order jumps by weeks; within a day both give one time, and the day stays open
+    # at midnight the wrong order jumps by weeks; within a day both give the same times, and the date remains ambiguous
     lasting = [each.max() - each.min() for each in readings]
     right = readings[int(np.argmin(lasting))]
     open_day = len({str(each.iloc[0]) for each in readings}) > 1 and lasting[0] == lasting[-1]
@@ -182,7 +182,7 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
 
 
 def _dated(texts: Any, order: str) -> Any:
-    """Return moments of one form; a guess at each one alone takes twenty times as long."""
+    """Return date-times parsed with a common format; guessing the format of each one takes twenty times as long."""
     sign = texts.iloc[0].lstrip("0123456789")[0]
     day, clock = sign.join(f"%{each}" for each in order), "%H:%M:%S{}"
     if HALF_OF_DAY.search(texts.iloc[0]):
@@ -192,7 +192,7 @@ def _dated(texts: Any, order: str) -> Any:
             return pd.to_datetime(texts, format=f"{day} {clock.format(fraction)}")
         except ValueError:
             continue
-    try:  # whole seconds among others
+    try:  # whole seconds mixed with fractional ones
         return pd.to_datetime(
             texts.str.replace(_WHOLE_SECOND, r"\1.0", regex=True), format=f"{day} {clock.format('.%f')}"
         )
@@ -212,18 +212,18 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
         half = pd.Timedelta(hours=12)
         elapsed = elapsed % half + clocks.str.contains("p", case=False).astype(int) * half
     seconds = np.array(elapsed.dt.total_seconds(), dtype=np.float64)
-    seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # past midnight
+    seconds[1:] += 86400.0 * np.cumsum(np.diff(seconds) < -43200.0)  # midnight rollover
     return _Column(seconds, "")
 
 
 def _check_width(body: Mapping[int, str], layout: Layout, width: int, path: Path) -> None:
-    """Refuse rows that are too short or too long: a parser would fill them up or shift them in silence.
+    """Reject rows that are too short or too long, which a parser would silently pad or shift.
 
-    `body` are the rows by the numbers of their lines.
+    `body` maps line numbers to rows.
     """
     plain_rows = layout.separator != " " and not any('"' in line for line in body.values())
 
-    def cells_in(line: str) -> int:  # in a long file splitting takes ten times as long as counting
+    def cells_in(line: str) -> int:  # splitting takes ten times as long as counting
         return line.count(layout.separator) + 1 if plain_rows else len(split(line, layout.separator))
 
     wrong = next((number for number, line in body.items() if cells_in(line) != width), None)

@@ -1,4 +1,4 @@
-"""HDF5 with any layout: channels as datasets with a rate or a time beside them, flat or in groups."""
+"""HDF5 files of any layout: channels as datasets with a sampling rate or time array, flat or in groups."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ HDF5_MAGIC = b"\x89HDF\r\n\x1a\n"
 
 
 class HDF5:
-    """Numeric datasets are channels; scalars, texts and attributes describe them."""
+    """HDF5 files, in which numeric datasets are channels described by scalars, texts and attributes."""
 
     name = "HDF5"
     extra: str | None = None
@@ -31,20 +31,20 @@ class HDF5:
 
 
 def branch_of(group: Any, name: str) -> Branch:
-    """Load a group: arrays of numbers become leaves, single values and texts entries."""
+    """Return a group loaded into memory: numeric arrays become leaves, single values and texts entries."""
     entries: dict[str, Any] = _attributes(group)
     leaves: list[Leaf] = []
     branches: list[Branch] = []
     for key in group:
         if group.get(key, getlink=True).__class__ is not h5py.HardLink:
-            continue  # a link may lead out of the file or round in circles
+            continue  # soft and external links may leave the file or form cycles
         item = group[key]
         if isinstance(item, h5py.Group):
             branches.append(branch_of(item, key))
         elif isinstance(item, h5py.Dataset):
             check_size(item.nbytes, Path(item.file.filename), compressed=item.chunks is not None)
             text = h5py.check_string_dtype(item.dtype) is not None
-            if item.dtype.names and item.ndim == 1:  # a table: its columns are stored row by row
+            if item.dtype.names and item.ndim == 1:  # a compound table, stored row by row
                 rows = np.asarray(item[()])
                 columns = (Leaf(name, np.ascontiguousarray(rows[name])) for name in item.dtype.names)
                 branches.append(Branch(key, tuple(columns), _attributes(item)))
@@ -64,6 +64,6 @@ def _attributes(item: Any) -> dict[str, Any]:
     for key in item.attrs:
         try:
             out[key] = item.attrs[key]
-        except Exception:  # attributes of types that h5py cannot turn into Python describe nothing here
+        except Exception:  # attributes of types that h5py cannot convert are irrelevant here
             continue
     return out

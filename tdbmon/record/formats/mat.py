@@ -1,4 +1,4 @@
-"""MATLAB files: version 5 through scipy, 7.3 (HDF5 inside) through h5py."""
+"""MATLAB files: version 5 via scipy, version 7.3 (based on HDF5) via h5py."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.formats.testlab import with_plain_signals
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title, text_of
 
-_OPAQUE = ("s0", "s1", "s2", "arr")  # as scipy hands out an object: its name, its system, its class, and a reference
+_OPAQUE = ("s0", "s1", "s2", "arr")  # fields of an object as returned by scipy: name, object system, class, reference
 _UNREAD = ("table", "timetable", "timeseries", "datetime", "duration")
 
 
 class MAT:
-    """Arrays beside a time vector or a rate, or structs of channels with their data, unit, rate or time."""
+    """MATLAB files with arrays and a time vector or rate, or structs of channels with their data, unit, rate or time."""
 
     name = "MAT"
     extra: str | None = None
@@ -79,7 +79,7 @@ def _branch(name: str, fields: dict[str, Any], objects: dict[str, str]) -> Branc
         elif array.dtype.kind in "US":
             texts = [str(text) for text in array.reshape(-1)]
             entries[key] = texts[0] if len(texts) == 1 else texts
-        elif array.dtype.kind == "O":  # a cell array: of texts or of numbers
+        elif array.dtype.kind == "O":  # a cell array of texts or numbers
             entries[key] = [_cell_text(cell) for cell in array.reshape(-1)]
         elif array.dtype.kind in "iufb":
             if array.size == 1:
@@ -100,14 +100,14 @@ def _version_73(path: Path, objects: dict[str, str]) -> Branch:
 
 
 def _group_73(items: Mapping[str, Any], file: Any, name: str, objects: dict[str, str]) -> Branch:
-    """Return a struct, or the variables of a file; an array of structs is one of whose fields each holds references."""
+    """Return a struct or the variables of a file as a branch; in an array of structs every field is an array of references."""
     leaves: list[Leaf] = []
     entries: dict[str, Any] = {}
     branches: list[Branch] = []
     fields: dict[str, list[Any]] = {}
     for key in items:
         if key.startswith("#"):
-            continue  # where MATLAB keeps what references point to
+            continue  # groups in which MATLAB stores the targets of references
         item = items[key]
         if not hasattr(item, "dtype"):
             branches.append(_group_73(item, file, key, objects))

@@ -1,7 +1,7 @@
-"""The skeleton of a MAT file of version 5, checked before its values are read.
+"""Structural validation of version 5 MAT files before their values are read.
 
-scipy's reader looks types up in tables by the codes in the file without a bound: a damaged code ends the interpreter
-instead of raising.  The layout is that of "MAT-File Format", The MathWorks, 2023, chapter 1.
+scipy's reader uses type codes from the file as table indices without bounds checks: a damaged code crashes the interpreter
+instead of raising.  The layout follows "MAT-File Format", The MathWorks, 2023, chapter 1.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ _Order = Literal["little", "big"]
 
 
 def check_structure(path: Path) -> None:
-    """Walk over all elements.
+    """Check the type, class and size of all elements of a file.
 
     Raises
     ------
     ValueError
-        If a type code, a class code or a size is none that the format knows, or an element is cut off.
+        If a type code, class code or size is invalid, or an element is truncated.
     """
     raw = memoryview(path.read_bytes())
     order: _Order = "little" if raw[126:128] == b"IM" else "big"
@@ -44,7 +44,7 @@ def check_structure(path: Path) -> None:
 
 
 def _element(raw: memoryview, at: int, order: _Order) -> tuple[int, memoryview, int]:
-    """Return type, content and end (padding included) of the element at a place."""
+    """Return type, content and end (including padding) of the element at offset `at`."""
     if at + 8 > len(raw):
         raise ValueError("an element is cut off")
     word, length = (int.from_bytes(raw[i : i + 4], order) for i in (at, at + 4))
@@ -71,14 +71,14 @@ def _check_matrix(body: memoryview, order: _Order, depth: int) -> None:
     matrix_class = int.from_bytes(flags[:4], order) & 0xFF
     if kind != _UINT32 or len(flags) != 8 or matrix_class not in _CLASSES:
         raise ValueError(f"unknown class of array {matrix_class}")
-    if matrix_class != _OPAQUE:  # which has neither
+    if matrix_class != _OPAQUE:  # opaque arrays have neither dimensions nor a name
         kind, dimensions, at = _element(body, at, order)
         if kind not in (_INT32, _UINT32) or len(dimensions) % 4:
             raise ValueError("an array without dimensions")
         lengths = [int.from_bytes(dimensions[i : i + 4], order) for i in range(0, len(dimensions), 4)]
         if matrix_class != _SPARSE and math.prod(lengths) > len(
             body
-        ):  # every number and every cell takes a byte at least
+        ):  # every number and every cell takes at least one byte
             raise ValueError(f"an array of {math.prod(lengths)} elements in {len(body)} bytes")
         kind, _, at = _element(body, at, order)
         if kind not in (_INT8, _UTF8):

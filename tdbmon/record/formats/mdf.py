@@ -1,4 +1,4 @@
-"""MDF, the measurement data format of ASAM, versions 3 and 4."""
+"""MDF, the ASAM measurement data format, versions 3 and 4."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _BEGAN = "start of measurement in the file's header, which some programs set whe
 
 
 class MDF:
-    """Channel groups with their master time; texts and structures are left out."""
+    """MDF files: numeric channels with the master time of their channel group; texts and structures are left out."""
 
     name = "MDF4"
     extra: str | None = "mdf"
@@ -31,7 +31,7 @@ class MDF:
         asammdf = library("asammdf", self, path)
         logging.getLogger("asammdf").setLevel(logging.CRITICAL)
         hook = sys.unraisablehook
-        sys.unraisablehook = lambda _: None  # the library's own clean-up fails on files that it could not open
+        sys.unraisablehook = lambda _: None  # the library's clean-up raises for files that it could not open
         try:
             return _content(asammdf, path)
         except Exception as error:
@@ -44,7 +44,7 @@ class MDF:
 
 def _content(asammdf: Any, path: Path) -> Content:
     found: list[Channel] = []
-    # from memory: a damaged file then leaves no handle behind; what the library prints of it is no message to users
+    # read from memory so that a damaged file leaves no open handle; suppress what the library prints
     with redirect_stdout(io.StringIO()), asammdf.MDF(io.BytesIO(path.read_bytes())) as file:
         masters = file.masters_db
         for group, block in enumerate(file.groups):

@@ -1,4 +1,4 @@
-"""netCDF, classic and version 4: the project's own format."""
+"""netCDF, classic and version 4, the format in which records are written."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import interval_of, is_time_name, moments, time_factor
 from tdbmon.record.tree import stated_date, stated_title
 
-_FIRST_YEAR = 1980  # nobody recorded a drop before; epochs in a local time lie there (1970-01-01 01:00)
+_FIRST_YEAR = 1980  # earlier dates are not recordings but epochs, possibly in local time (1970-01-01 01:00)
 
 
 class NetCDF:
-    """Variables along one dimension are channels; the dimension's coordinate variable is their time."""
+    """netCDF files: one-dimensional variables are channels, and the dimension's coordinate variable is their time."""
 
     name = "netCDF"
     extra: str | None = None
@@ -47,18 +47,18 @@ class NetCDF:
 
 
 def write_netcdf(record: xr.Dataset, path: Path) -> None:
-    """Write a record so that reading it gives the identical values; the file appears whole or not at all.
+    """Write a record so that reading it returns identical values; the file appears complete or not at all.
 
     Raises
     ------
     InputError
-        If the place cannot be written, or is full.
+        If the path cannot be written, or the disk is full.
     """
     with replacing(path) as part:
         try:
             with netCDF4.Dataset(part, "w") as file:
                 _fill(file, record)
-        except RuntimeError as error:  # the library's own, where a disk is full
+        except RuntimeError as error:  # raised by the library if the disk is full
             raise OSError(f"{error}; is the disk full?") from None
 
 
@@ -73,14 +73,14 @@ def _fill(file: netCDF4.Dataset, record: xr.Dataset) -> None:
 
 
 def _check_classic(path: Path) -> None:
-    """Refuse a classic file that was cut off: the library would fill it up with zeros in silence."""
+    """Reject a truncated classic file, which the library would silently pad with zeros."""
     with path.open("rb") as file:
         if file.read(4) not in (b"CDF\x01", b"CDF\x02"):
             return
     from scipy.io import netcdf_file
 
     with netcdf_file(path, "r", mmap=True):
-        pass  # it maps every variable onto the file, and raises where the file is too short
+        pass  # memory-maps every variable, and raises if the file is too short
 
 
 def _has_netcdf_marks(path: Path) -> bool:
@@ -89,7 +89,7 @@ def _has_netcdf_marks(path: Path) -> bool:
             if "_NCProperties" in file.attrs:
                 return True
             return any("_Netcdf4Dimid" in item.attrs for item in file.values())
-    except Exception:  # a damaged file: the first bytes alone decide, and reading it says what is wrong
+    except Exception:  # a damaged file: the error is reported when it is read
         return False
 
 
@@ -118,7 +118,7 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
 
 
 def _may_be_channel(group: Any, variable: Any) -> bool:
-    """Whether a variable lies along one dimension that words do not label, as those of a simulated drop name the ends."""
+    """Return whether a variable has one dimension without text labels (such as the end names in a simulated drop)."""
     if len(variable.dimensions) != 1:
         return False
     node = group
@@ -131,7 +131,7 @@ def _may_be_channel(group: Any, variable: Any) -> bool:
 
 
 def _beside(group: Any, prefix: str = "") -> dict[str, str]:
-    """Return the numbers that are no channels, with the dimensions along which they lie."""
+    """Return the numeric variables that are not channels, with the names of their dimensions."""
     found = {
         prefix + name: ", ".join(variable.dimensions)
         for name, variable in group.variables.items()
@@ -166,7 +166,7 @@ def _is_time(group: Any, name: str) -> bool:
 
 
 def _time_of(group: Any, dimension: str) -> np.ndarray | None:
-    """Return the time along a dimension: its coordinate variable, or a variable along it whose name says time."""
+    """Return the time along a dimension, from its coordinate variable or a variable named as time; None without any."""
     node = group
     while node is not None:
         for name, variable in node.variables.items():
@@ -182,9 +182,9 @@ def _time_of(group: Any, dimension: str) -> np.ndarray | None:
 
 
 def _began(group: Any) -> str:
-    """Return the first moment of a time that counts from an epoch, in ISO 8601; "" without.
+    """Return the first date-time of a time variable with an epoch in its units, in ISO 8601; "" without any.
 
-    Midnight sharp, or a year before 1980, is the epoch itself, from which a time counts that starts at nought.
+    Exactly midnight, or a year before 1980, is taken for the epoch itself, i.e. for a time that merely starts at zero.
     """
     for name, variable in group.variables.items():
         units = str(getattr(variable, "units", ""))
@@ -193,7 +193,7 @@ def _began(group: Any) -> str:
         calendar = getattr(variable, "calendar", "standard")
         try:
             first = np.asarray(netCDF4.num2date(_physical(variable)[:1], units, calendar, False, True)).flat[0]
-        except ValueError:  # an epoch that is no date
+        except ValueError:  # the epoch is not a valid date
             continue
         if isinstance(first, datetime) and first.time() != time.min and first.year >= _FIRST_YEAR:
             return first.isoformat()
@@ -206,9 +206,9 @@ def _physical(variable: Any) -> np.ndarray:
 
 
 def _unpacked(variable: Any) -> tuple[np.ndarray, float, float, np.dtype[Any]]:
-    """Return stored values, scale, offset and the type of the codes; values declared as missing become NaN.
+    """Return stored values, scale, offset and stored type; values declared as missing become NaN.
 
-    The default fill value of integers is not taken for missing: -32767 is a code that a 16-bit converter gives.
+    The default fill value of integers does not count as missing: -32767 is a valid code of a 16-bit converter.
     """
     raw = np.asarray(variable[...])
     if getattr(variable, "_Unsigned", "") == "true" and raw.dtype.kind == "i":
@@ -247,11 +247,11 @@ def _channel(name: str, variable: Any, time: np.ndarray) -> Channel:
 
 def _write_variable(file: Any, name: str, array: xr.DataArray) -> None:
     values = np.asarray(array.values)
-    if values.dtype.kind in "UO":  # labels of a dimension
+    if values.dtype.kind in "UO":  # text labels of a dimension
         file.createVariable(name, str, array.dims)[...] = values.astype(object)
         return
     stored, packing = _smallest_exact(values, array.encoding)
-    # no fill value where the codes are integers: every code is a measured one
+    # no fill value for integers: every code may be a measured value
     fill = False if stored.dtype.kind in "iu" else np.array(np.nan, dtype=stored.dtype)
     variable = file.createVariable(
         name, stored.dtype, array.dims, compression="zlib", complevel=4, shuffle=True, fill_value=fill
@@ -266,7 +266,7 @@ def _write_variable(file: Any, name: str, array: xr.DataArray) -> None:
 
 
 def _smallest_exact(values: np.ndarray, encoding: dict[Any, Any]) -> tuple[np.ndarray, dict[str, float]]:
-    """Return the smallest form of the values that gives them back to the last bit, and its packing."""
+    """Return the values in the smallest type that reproduces them bit for bit, and the packing attributes."""
     if values.dtype.kind in "iu":
         return values, {}
     finite = np.isfinite(values)

@@ -1,4 +1,4 @@
-"""Parquet: a table whose columns are channels, with units in the column names or the field's metadata."""
+"""Parquet files: tables whose columns are channels, with units in the column names or the field metadata."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _STAMP = "datetime64[ns]"
 
 
 class Parquet:
-    """One column is the time (numbers, timestamps or durations), or the table's metadata give ``dt`` or ``fs``."""
+    """Parquet files with a time column (numbers, timestamps or durations), or ``dt`` or ``fs`` in the table's metadata."""
 
     name = "Parquet"
     extra: str | None = "parquet"

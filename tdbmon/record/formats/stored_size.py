@@ -1,4 +1,4 @@
-"""How much a file says that it holds, beside how much it can."""
+"""Plausibility check of the amount of data stated in a file's header."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from tdbsim.errors import InputError
 
 
 def check_size(stored: int, path: Path, compressed: bool) -> None:
-    """Refuse a file whose header promises more than it can hold: cut off, or damaged so that memory would run out.
+    """Reject a file whose header states more data than it can contain: truncated, or damaged so that memory would run out.
 
     Raises
     ------
     InputError
-        If `stored` bytes of values cannot come out of the file; zlib shrinks to a thousandth at best.
+        If the file cannot contain `stored` bytes of values; zlib compresses to about a thousandth at best.
     """
     size = path.stat().st_size
     if stored > (2000 * size if compressed else size):

@@ -1,4 +1,4 @@
-"""TDMS, the format of National Instruments' loggers."""
+"""TDMS, the file format of National Instruments data acquisition."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from tdbmon.record.formats.stored_size import check_size
 from tdbmon.record.timebase import is_time_name, time_factor
 from tdbmon.record.tree import Branch, Leaf, channels_of, stated_date, stated_title
 
-_FIRST_DATE = np.datetime64("1980-01-01")  # LabVIEW writes 1904-01-01 where no start is known
+_FIRST_DATE = np.datetime64("1980-01-01")  # LabVIEW writes 1904-01-01 if the start is unknown
 
 
 class TDMS:
-    """Channels with waveform properties (``wf_increment``), or beside a time channel in their group."""
+    """TDMS files: channels with waveform properties (``wf_increment``), or with a time channel in their group."""
 
     name = "TDMS"
     extra: str | None = "tdms"
@@ -30,10 +30,10 @@ class TDMS:
     def read(self, path: Path) -> Content:
         nptdms = library("nptdms", self, path)
         nptdms.log.log_manager.set_level(logging.CRITICAL)
-        # opened here, since the library leaves a file open that it cannot read
+        # opened here, since the library does not close a file that it cannot read
         with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
             samples = sum(len(channel) for group in file.groups() for channel in group.channels())
-            check_size(samples, path, compressed=False)  # of one byte at least
+            check_size(samples, path, compressed=False)  # at least one byte each
             empty = [channel for group in file.groups() for channel in group.channels() if len(channel) == 0]
             cut = file.file_status.incomplete_final_segment
             groups = [(group.name, dict(group.properties), _series(group)) for group in file.groups()]
@@ -45,7 +45,7 @@ class TDMS:
         others = tuple(Branch(name, _leaves(series, first), properties) for name, properties, series in groups)
         if not channels:
             channels = channels_of(Branch("", (), entries, others), path)
-        else:  # beside waveforms, a group without a time channel is a table of results
+        else:  # in a file with waveforms, a group without a time channel is a table of results
             timed = tuple(branch for branch in others if _is_timed(branch))
             channels += channels_of(Branch("", (), entries, timed), path)
             fault = "it has no sampling interval (wf_increment), its group no time channel"
@@ -69,12 +69,12 @@ class _Series:
     name: str
     values: np.ndarray
     unit: str
-    interval: float  # 0 where the channel is no waveform
+    interval: float  # 0 if the channel is not a waveform
     offset: float
     began: np.datetime64 | None
     description: str
-    moments: bool  # seconds since `began`
-    fault: str  # of a waveform, as a spectrum is one
+    moments: bool  # True if `values` are seconds since `began`
+    fault: str  # reason if the waveform is not along time, such as a spectrum
 
 
 def _series(group: Any) -> list[_Series]:
@@ -87,7 +87,7 @@ def _series(group: Any) -> list[_Series]:
         axis = str(properties.get("wf_xunit_string") or "s")
         factor = time_factor(axis) if properties.get("wf_increment") else 1.0
         moments = values.dtype.kind == "M"
-        if moments:  # a channel of moments is a time
+        if moments:  # a channel of date-times is a time
             began, values, unit = values[0], (values - values[0]) / np.timedelta64(1, "s"), "s"
         elif values.dtype.kind == "b":
             values = values.astype(np.int8)
@@ -132,7 +132,7 @@ def _waveforms(
 
 
 def _late(entry: _Series, first: np.datetime64 | None) -> float:
-    """Return how long after the first start of the file a channel began, s; 0 where it does not say."""
+    """Return the delay of a channel's start after the earliest start in the file, s; 0 if it is not stated."""
     if entry.began is None or first is None or entry.began < first:
         return 0.0
     return float((entry.began - first) / np.timedelta64(1, "s"))

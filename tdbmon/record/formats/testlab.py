@@ -1,8 +1,8 @@
-"""Signals of Simcenter Testlab (LMS Test.Lab) in MATLAB files, each a struct of three.
+"""Signals exported by Simcenter Testlab (LMS Test.Lab) to MATLAB files, each a struct with three fields.
 
-``x_values`` has ``start_value`` and ``increment``, or ``values``, and ``quantity.label``: "s", or "Hz" of a spectrum.
-``y_values`` has ``values``, one column a channel, and ``quantity.label``: their unit.
-``function_record`` has ``name`` and ``creation_time``, one text a channel.
+``x_values`` has ``start_value`` and ``increment``, or ``values``, and ``quantity.label``: "s", or "Hz" for a spectrum.
+``y_values`` has ``values``, one column per channel, and ``quantity.label``: their unit.
+``function_record`` has ``name`` and ``creation_time``, one text per channel.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ _AXIS = {"start_value": "t0", "increment": "dt"}
 
 
 def with_plain_signals(root: Branch) -> Branch:
-    """Return the content of a file with its signals, if it has any, as arrays beside their time or interval."""
+    """Return the content of a file with Testlab signals, if any, converted to arrays with their time or sampling interval."""
     created = [_first(branch, "creation_time") for branch in root.branches if _is_signal(branch)]
     return replace(
         root,
@@ -34,7 +34,7 @@ def _is_signal(branch: Branch) -> bool:
 def _plain(signal: Branch) -> Branch:
     x, y = _inner(signal, "x_values"), _inner(signal, "y_values")
     axis = _label(x) or "s"
-    along_time = time_factor(axis) is not None  # a spectrum has none, and is told of and not read
+    along_time = time_factor(axis) is not None  # a spectrum has no time and is reported but not read
     times = [Leaf("time", leaf.values, {"units": axis}) for leaf in x.leaves if leaf.name == "values" and along_time]
     entries = {f"{name} [{axis}]": x.entries[key] for key, name in _AXIS.items() if key in x.entries and along_time}
     names = _inner(signal, "function_record").entries.get("name")
@@ -54,6 +54,6 @@ def _label(values: Branch) -> str:
 
 
 def _first(signal: Branch, key: str) -> str:
-    """Return what is told of a signal, or of its first channel."""
+    """Return an entry of ``function_record``, for several channels that of the first; "" if there is none."""
     told = _inner(signal, "function_record").entries.get(key, "")
     return str(told[0] if isinstance(told, list) and told else told)

@@ -1,4 +1,4 @@
-"""Lines of a table written as text, their cells, and which cells are numbers."""
+"""Splitting of the lines of a text table into cells, and recognition of numbers, dates and times in them."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 COMMENT = re.compile(r"^\s*(#|%|//|!)+\s?")
 WORDS_FOR_NONE = {"", "nan", "-nan", "+nan", "na", "n/a", "null", "none", "inf", "-inf", "+inf", "#n/a"}
 _NUMBER = r"[-+]?(?:\d+{0}?\d*|{0}\d+)(?:[eEdD][-+]?\d+)?"
-# by decimal sign: thousands, which a decimal sign must follow, or else they may be decimals themselves
+# by decimal sign: numbers with thousands separators; a decimal sign must follow, or the separator may be decimal itself
 _THOUSANDS = {",": r"[-+]?\d{1,3}(?:\.\d{3})+", ".": r"[-+]?\d{1,3}(?:,\d{3})+"}
 _DATE = r"(?:\d{4}[-/]\d{1,2}[-/]\d{1,2}|\d{1,2}[./]\d{1,2}[./]\d{4})"
 _HALF = r"\s*([aApP])\.?[mM]\.?"
-_CLOCK = rf"\d{{1,2}}:\d{{2}}(?::\d{{2}})?(?:[.,]\d+)?(?:{_HALF})?"  # of two numbers minutes and seconds
+_CLOCK = rf"\d{{1,2}}:\d{{2}}(?::\d{{2}})?(?:[.,]\d+)?(?:{_HALF})?"  # two numbers are minutes and seconds
 DATE = re.compile(_DATE)
 CLOCK = re.compile(_CLOCK)
 HALF_OF_DAY = re.compile(rf"{_HALF}\s*$")
@@ -22,26 +22,26 @@ _NUMBERS = {
     sign: re.compile(rf"{_NUMBER.format(re.escape(sign))}|{thousands}{re.escape(sign)}\d+")
     for sign, thousands in _THOUSANDS.items()
 }
-_MOST_TIMES = 2  # cells, a day and a clock: more are the dates of the columns
+_MOST_TIMES = 2  # cells (date and time of day): a longer row of only dates and times is a header
 _FEWEST_NUMBERED = 4  # columns
 
 
 def split(line: str, separator: str) -> list[str]:
-    """Split a line into its cells, quotes taken off; the separator " " stands for any white space."""
+    """Return the cells of a line, without quotes; the separator " " stands for any white space."""
     if separator == " ":
         return line.split()
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator, skipinitialspace=True), [])]
 
 
 def is_number(cell: str, decimal: str) -> bool:
-    """Tell whether a cell is a number with this decimal sign."""
+    """Tell whether a cell is a number with the given decimal sign."""
     return _NUMBERS[decimal].fullmatch(cell) is not None
 
 
 def plain(texts: Any, decimal: str) -> Any:
-    """Return a column of texts as Python writes numbers: with a decimal point, no thousands and no exponents of Fortran.
+    """Return a column of texts in Python number syntax: decimal point, no thousands separators, no Fortran exponents.
 
-    A text with the other sign that parts no thousands is made no number.
+    A text that contains the other sign, but not as a thousands separator, is made invalid.
     """
     thousands, other = _THOUSANDS[decimal], "." if decimal == "," else ","
     if texts.str.fullmatch(rf"{thousands}{re.escape(decimal)}\d+").any():
@@ -51,7 +51,7 @@ def plain(texts: Any, decimal: str) -> Any:
 
 
 def is_row(cells: list[str], decimal: str) -> bool:
-    """Tell whether cells are a row of numbers, of which some may be missing, perhaps with a day, a clock or both."""
+    """Tell whether cells form a row of numbers, some of them possibly missing, with or without a date and a time of day."""
     filled = [cell for cell in cells if cell.lower() not in WORDS_FOR_NONE]
     others = [cell for cell in filled if not is_number(cell, decimal)]
     timed = all(MOMENT.fullmatch(cell) or CLOCK.fullmatch(cell) or DATE.fullmatch(cell) for cell in others)
@@ -59,7 +59,7 @@ def is_row(cells: list[str], decimal: str) -> bool:
 
 
 def numbers_columns(cells: list[str], below: list[str]) -> bool:
-    """Tell whether a row counts the columns, 1, 2, 3 ...; one that time goes on from, in the row below, measures."""
+    """Tell whether a row merely numbers the columns 1, 2, 3 ...; if the row below starts with 1 or more, it is data."""
     if len(cells) < _FEWEST_NUMBERED or cells != [str(k + 1) for k in range(len(cells))]:
         return False
     first = below[0].replace(",", ".") if below else ""

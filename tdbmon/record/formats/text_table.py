@@ -1,4 +1,4 @@
-"""The layout of a table of numbers written as text: its encoding, separator, decimal sign and header."""
+"""Detection of the layout of a text table: its encoding, separator, decimal sign and header."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tdbmon.record.formats.text_cells import COMMENT, MOMENT, WORDS_FOR_NONE, is
 from tdbmon.record.formats.text_header import Header, header_of
 
 _LONGEST_PREAMBLE = 5000  # lines before the first row of numbers
-_LOOK = 50  # rows that tell separator and decimal sign: the first may hold whole numbers only
+_LOOK = 50  # rows used to find separator and decimal sign, as the first may contain integers only
 
 
 @dataclass(frozen=True)
 class Layout:
-    """How a text is to be read: `first` is the index of the first line of numbers."""
+    """Layout of a text table; `first` is the index of the first line of numbers."""
 
     separator: str  # " " stands for any white space
     decimal: str
@@ -26,9 +26,9 @@ class Layout:
 
 
 def decoded(raw: bytes) -> str:
-    """Return a text file's text, its lines ended by one line feed.
+    """Return the text of a file with line feeds as line ends.
 
-    A byte-order mark decides; without one it is UTF-8, and where that fails the encoding of western Windows.
+    A byte-order mark determines the encoding; without one it is UTF-8 or, if that fails, Windows-1252.
     """
     if raw.startswith((b"\xff\xfe", b"\xfe\xff")):
         text = raw.decode("utf-16")
@@ -37,13 +37,13 @@ def decoded(raw: bytes) -> str:
             text = raw.decode("utf-8-sig")
         except UnicodeDecodeError:
             text = raw.decode("cp1252", "replace")
-    # what DOS ends a file with, and the empty blocks of a disk that was not told how long it was
+    # remove the DOS end-of-file mark and zeros of disk blocks allocated but never written
     text = text.rstrip("\x1a\0").replace("\r\n", "\n").replace("\r", "\n")
-    return text.replace("∞", "inf")  # as oscilloscopes write what is beyond their range
+    return text.replace("∞", "inf")  # written by oscilloscopes for overrange
 
 
 def layout_of(lines: list[str], path: Path) -> Layout:
-    """Find the layout of a table from its first lines.
+    """Return the layout of a text table, detected from its first lines.
 
     Raises
     ------
@@ -69,7 +69,7 @@ def layout_of(lines: list[str], path: Path) -> Layout:
 
 
 def _signs(lines: list[str]) -> tuple[str, str]:
-    """Return separator and decimal sign of a row of numbers and those that follow it."""
+    """Return the separator and decimal sign, judged from a row of numbers and those that follow it."""
     line = lines[0]
     rows = [each for each in lines if each.strip() and not COMMENT.match(each)]
     for separator in ("\t", ";", "|"):
@@ -85,14 +85,14 @@ def _signs(lines: list[str]) -> tuple[str, str]:
 
 
 def _decimal(rows: list[str], separator: str) -> str:
-    """Return the decimal sign of more cells."""
+    """Return the decimal sign of the majority of the cells."""
     cells = [cell for row in rows for cell in split(row, separator)]
     commas, points = (sum(sign in cell and is_number(cell, sign) for cell in cells) for sign in ",.")
     return "," if commas > points else "."
 
 
 def _nearest_to_a_row(lines: list[str]) -> str:
-    """Quote the line of a text with the most numbers, and what in it is none; "" where none holds a number."""
+    """Return a hint that quotes the line with the most numbers and its first invalid cell; "" if no line has a number."""
     most, told = 0, ""
     for k, line in enumerate(lines[:_LONGEST_PREAMBLE]):
         if not re.search(r"\d", line) or COMMENT.match(line):
@@ -110,7 +110,7 @@ def _nearest_to_a_row(lines: list[str]) -> str:
 
 
 def _goes_on(lines: list[str], start: int, width: int, separator: str, decimal: str) -> bool:
-    """Tell whether the next line that is not empty is a row as well, or begins as one; a single row at the end counts."""
+    """Tell whether the next nonempty line is also a row of numbers, or begins like one; True at the end of the text."""
     following = next((line for line in lines[start : start + 100] if line.strip() and not COMMENT.match(line)), None)
     if following is None:
         return True

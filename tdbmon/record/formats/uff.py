@@ -1,4 +1,4 @@
-"""UFF (universal file format), data set 58: functions at nodal degrees of freedom, of which time responses are read."""
+"""UFF (universal file format), data set 58: functions at nodal degrees of freedom; only time responses are read."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TIME_RESPONSE, _TIME_AXIS, _EVEN = 1, 17, 1
 
 
 class UFF58:
-    """Data sets 58 along a time axis are channels; spectra and geometry are left out."""
+    """UFF files: data sets 58 along a time axis are channels; spectra and geometry are left out."""
 
     name = "UFF58"
     extra: str | None = "uff"
@@ -42,12 +42,12 @@ class UFF58:
 
 
 def _dated(text: str) -> str:
-    """Return the date of a data set with its year in full: the format has DD-MMM-YY, which elsewhere may be YY-MMM-DD."""
+    """Return the date of a data set with a four-digit year: the format has DD-MMM-YY, which could be read as YY-MMM-DD."""
     return _DAY.sub(lambda found: f"{found[1]}{'19' if found[2] >= '70' else '20'}{found[2]}", text)
 
 
 def _cut_off(path: Path) -> str:
-    """Tell of a data set without its end, which the library leaves out in silence: every set stands between two marks."""
+    """Return a warning if the last data set lacks its end mark, as the library silently drops such a set; else ""."""
     marks = re.findall(rb"(?m)^ {4}-1[ \t]*\r?$", path.read_bytes())
     return "the last data set was cut off and is left out" if len(marks) % 2 else ""
 
@@ -64,7 +64,7 @@ def _is_response(entry: Mapping[str, Any]) -> bool:
 
 
 def _names(entries: list[dict[str, Any]]) -> list[str]:
-    """Return the first of the texts that vendors use for the channel's name that tells the channels apart."""
+    """Return the channel names from the first of the fields used by vendors in which all channels differ."""
     for key in ("rsp_ent_name", "id1", "id4", "id5", "id2"):
         texts = [_text(entry, key) for entry in entries]
         if all(texts) and len(set(texts)) == len(texts):

@@ -1,4 +1,4 @@
-"""WAV: samples of -1 to 1 of full scale, without names or units."""
+"""WAV files: samples from -1 to 1 of full scale, without names or units."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.record.channel import Channel, Content
 
 
 class WAV:
-    """Channels are named ch1, ch2 ...; their unit is "1" (of full scale): a sensitivity must turn them into metres."""
+    """WAV files: channels ch1, ch2 ... in the unit "1" (of full scale), which need a sensitivity for conversion to metres."""
 
     name = "WAV"
     extra: str | None = None
@@ -23,7 +23,7 @@ class WAV:
         from scipy.io import wavfile
 
         with warnings.catch_warnings():
-            # scipy hands out what is there of a file that ends early, with a warning only
+            # for a truncated file scipy returns the available samples with only a warning
             warnings.filterwarnings("error", message=".*EOF.*|.*[Ii]ncomplete.*", category=wavfile.WavFileWarning)
             rate, data = wavfile.read(path)
         columns = data.reshape(len(data), -1)

@@ -1,1 +1,1 @@
-"""The parts of a drop's report, one file each: `section(analysis)` returns it, or None where there is nothing to say."""
+"""The sections of reports, one file each: `section(...)` returns the section, or None if there is nothing to report."""

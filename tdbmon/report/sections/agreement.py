@@ -1,4 +1,4 @@
-"""Measured against simulated: how far the fitted model follows the record, and from where it does not."""
+"""Report section: measured against simulated motion, and the time from which the fitted model departs from the record."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _LISTED = 8  # contacts of an end
 
 
 def section(fitted: FittedDrop) -> Section:
-    """Return displacements, orbits, contact times and residuals, and the friction as the source chooses it."""
+    """Return displacements, orbits, contact times and residuals, and the friction chosen by sensitivity as in the source."""
     from tdbmon.figures.displacements_against_simulated import displacements_against_simulated
     from tdbmon.figures.orbits_against_simulated import orbits_against_simulated
 

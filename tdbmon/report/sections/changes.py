@@ -1,4 +1,4 @@
-"""What differs: every feature against the drops before, as a figure and as a table."""
+"""Report section: differences of every feature from the earlier drops, as a figure and a table."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
 def section(comparison: Comparison) -> Section | None:
-    """Return the differences."""
+    """Return the section on the differences; None if nothing was compared."""
     compared = [c for c in comparison.changes if c.difference is not None]
     if not compared:
         return None

@@ -1,4 +1,4 @@
-"""The whole coast-down at the calibrated values beside the record: where they agree, and from where they do not."""
+"""Report section: the whole coast-down simulated with the calibrated values, compared with the record."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ _LISTED = 16  # lines
 
 
 def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> Section:
-    """Return features, resonances, courses and waterfalls of the record and of its simulation.
+    """Return features, resonances, time courses and waterfalls of the record and of its simulation.
 
     Parameters
     ----------
     whole : CoastDown
     natural : NaturalFrequencies
-        For the critical speeds.
+        Source of the critical speeds.
     fitted_to : float
-        s after the release, beyond which nothing was fitted.
+        End of the fitted interval, s after the release.
     """
     from tdbmon.figures.coast_down import coast_down
     from tdbmon.figures.coast_down_orders import coast_down_orders
@@ -83,7 +83,7 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
 
 
 def parting(found: Course) -> str:
-    """Return in words from where simulation and record part."""
+    """Return a text on the times at which simulation and record diverge in speed and motion."""
     from tdbmon.identify.coast_down_comparison import MOTION_APART, SPEED_APART
 
     said = []

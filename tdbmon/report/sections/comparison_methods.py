@@ -1,4 +1,4 @@
-"""How drops were compared, and what the comparison cannot say."""
+"""Report section: methods of the comparison and their limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first contact of each end, and all contacts after it."""
+"""Report section: the first contact of each end, and the contacts after it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LISTED = 10
 
 
 def section(analysis: Analysis, fitted: bool = False) -> Section | None:
-    """Return the contacts; where the simulation is `fitted`, its sections follow and need no hint."""
+    """Return the section on contacts; if the simulation is `fitted`, its own sections follow and the hint to it is left out."""
     ends = list(analysis.ends.values())
     if not any(end.events for end in ends):
         return None
@@ -36,7 +36,7 @@ def section(analysis: Analysis, fitted: bool = False) -> Section | None:
 
 
 def _first(analysis: Analysis, ends: list[EndResult], missing: list[Block]) -> list[Block]:
-    """Return the quantities of the first contacts and their figure."""
+    """Return the table of quantities of the first contacts and their figure."""
     from tdbmon.figures.first_contact import first_contact, touched_ends
 
     rows = []

@@ -1,4 +1,4 @@
-"""What has changed since the reference drops."""
+"""Report section: changes since the reference drops."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 
 def section(since: Reference) -> Section:
-    """Return what the reference drops showed already, and the values that moved since."""
+    """Return the findings of the reference drops, and the machine's values that changed since."""
     before = since.before
     names = [drop.name for drop in before.plain.problem.drops]
     shown = " or ".join(dict.fromkeys(each.words for each in before.verdict.accused))

@@ -1,4 +1,4 @@
-"""Measured against simulated: by the plain model, and by the extended one."""
+"""Report sections: measured against simulated motion, for the plain model and for the extended one."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Section
 
 
 def plain(evidence: Evidence) -> Section:
-    """Return the plain model's simulation over the readings."""
+    """Return the section that compares the plain model's simulation with the readings."""
     from tdbmon.figures.measured_against_simulated import measured_against_simulated
 
     diagnosis = evidence.diagnosis
@@ -38,7 +38,7 @@ def _drops(evidence: Evidence) -> str:
 
 
 def extended(evidence: Evidence) -> Section | None:
-    """Return the extended model's simulation over the readings; None where there is no such model."""
+    """Return the section that compares the extended model's simulation with the readings; None without such a model."""
     model = evidence.extended
     if model is None:
         return None

@@ -1,4 +1,4 @@
-"""The force that the plain model lacks at the ends, as the record shows it."""
+"""Report section: the residual force at each end that the plain model lacks, estimated from the record."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from tdbmon.diagnosis.residual_force import STEP_S, ResidualForce, Summary
 from tdbmon.quantity import percent, whole_degrees
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
-_STRAIGHT = 0.5  # from which on a force has a line
-_ONE_SIDED = 0.7  # of the rms, from which on it has one direction
+_STRAIGHT = 0.5  # least straightness of a force that acts along one line
+_ONE_SIDED = 0.7  # least mean, relative to the rms, of a force with one direction
 
 
 def section(evidence: Evidence) -> Section:
-    """Return the missing force against time, position and angle."""
+    """Return the section on the residual force against time, position and angle."""
     from tdbmon.figures.residual_force import force_against_place, force_against_time
 
     ends = evidence.diagnosis.machine.ends
@@ -58,7 +58,7 @@ def section(evidence: Evidence) -> Section:
 
 
 def table(model: str, drops: Sequence[ResidualForce], ends: Sequence[str]) -> Table:
-    """Return the missing force of each drop and end before the first contact and later, with its direction."""
+    """Return a table of the residual force of each drop and end, before the first contact and after it, with its direction."""
     rows = []
     for each in drops:
         for e, end in enumerate(ends):
@@ -77,7 +77,7 @@ def table(model: str, drops: Sequence[ResidualForce], ends: Sequence[str]) -> Ta
 
 
 def _along(found: Summary) -> str:
-    """Return the direction in words, where the force passes its band and has one."""
+    """Return the direction of the force as text, if it exceeds its confidence band and has a direction."""
     if found.rms < found.band:
         return "rms within band"
     if found.straight < _STRAIGHT:

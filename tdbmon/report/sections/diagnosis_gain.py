@@ -1,4 +1,4 @@
-"""The gain of the extended model on a drop that took no part in its fit."""
+"""Report section: the gain of the extended model on a held-out drop (cross-validation)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
 def section(evidence: Evidence) -> Section | None:
-    """Return the proof; None where no model with a cause came to the end."""
+    """Return the section on the held-out gain; None if no model with a cause completed the search."""
     diagnosis = evidence.diagnosis
     if all(not each.causes for each in diagnosis.contenders):
         return None
@@ -63,14 +63,14 @@ def section(evidence: Evidence) -> Section | None:
 
 
 def _beside_readings(proof: HeldOut) -> str:
-    """Say what shows a cause where readings have nothing to gain."""
+    """Return the evidence for a cause when the readings leave hardly any misfit to reduce."""
     if proof.clear_in_each:
         return "the readings hardly show a gain; all data of each drop together do, by the share in the last column below"
     return "means over all drops hardly show a gain" if proof.seen else "no gain is possible"
 
 
 def _table(proof: HeldOut) -> Table:
-    """Return what is left of each of several drops held out."""
+    """Return a table of the residuals of each of several held-out drops."""
     header = ("Held-out drop", "Plain [µm rms]", "Extended [µm rms]", "Noise [µm rms]", "Less misfit")
     rows = (
         Row(

@@ -1,4 +1,4 @@
-"""The rest of the record, after paths have parted."""
+"""Report section: the late record, after measured and simulated trajectories have diverged."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
 def section(evidence: Evidence) -> Section | None:
-    """Return whirl and places beside simulations; None where the drops do not tell, or no model is believed."""
+    """Return 1X whirl and mean positions beside simulations; None if the drops do not permit it or no model is accepted."""
     diagnosis = evidence.diagnosis
     records = diagnosis.late
     probes = seen_in_all(records) if records else []
@@ -63,7 +63,7 @@ def section(evidence: Evidence) -> Section | None:
 
 
 def _would_tell(drops: int) -> str:
-    """Say what would count."""
+    """Return the criteria by which a departure of the late record is significant."""
     if drops < LEAST_DROPS:
         return "A single drop is not judged by this."
     return (
@@ -82,7 +82,7 @@ def _beside(
     evidence: Evidence,
     shown: Sequence[int],
 ) -> tuple[Table, Figure]:
-    """Return departures from simulations by a model, and a picture of them by the probe that departs most."""
+    """Return a table of departures from a model's simulations, and a figure of the probe with the greatest departure."""
     from tdbmon.figures.late_record import late_record
 
     rows = [
@@ -114,7 +114,7 @@ def _beside(
 
 
 def _furthest(records: Sequence[LateRecord], probes: Sequence[str]) -> str:
-    """Return the probe that departs most."""
+    """Return the probe with the greatest departure summed over the drops."""
     return max(probes, key=lambda probe: abs(sum(_departure(each, probe) for each in records)))
 
 

@@ -1,4 +1,4 @@
-"""The models that competed, with their probabilities."""
+"""Report section: the candidate models, ranked by probability."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from tdbmon.report.sections.diagnosis_verdict import probability_words
 
 
 def section(evidence: Evidence) -> Section:
-    """Return the ranking."""
+    """Return the section with the ranking."""
     diagnosis = evidence.diagnosis
     ranked = sorted(
         zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True),

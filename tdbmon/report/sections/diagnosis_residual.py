@@ -1,4 +1,4 @@
-"""Where and when the residual stands out of the noise: phase, probe, direction, order, frequency."""
+"""Report section: where the residual exceeds the noise, by phase, probe, direction, order and frequency."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _LINES = 2  # peaks of each spectrum that are listed
 
 
 def section(evidence: Evidence) -> Section:
-    """Return maps, tables and spectra of what the plain model leaves."""
+    """Return maps, tables and spectra of the plain model's residual."""
     from tdbmon.figures.residual_map import residual_map
     from tdbmon.figures.residual_spectrum import residual_spectrum
 
@@ -60,7 +60,7 @@ _TITLE = "Where and when the residual exceeds the noise"
 
 
 def phase_table(model: str, drops: Sequence[LeftOver], evidence: Evidence) -> Table:
-    """Return the whitened rms of each probe in the phases, all drops together."""
+    """Return a table of the whitened residual rms of each probe by phase, over all drops."""
     machine = evidence.diagnosis.machine
     rows = []
     for probe, values in by_phase(drops, machine).items():

@@ -1,4 +1,4 @@
-"""The values of the named causes, with their intervals."""
+"""Report section: the fitted values of the named causes with their intervals and correlations."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from tdbmon.identify.least_squares import information
 from tdbmon.quantity import capitalised, signed, words
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
-_PARTNER = 0.5  # correlation from which another value is named
+_PARTNER = 0.5  # least correlation at which another value is listed
 _PARTNERS = 3
 
 
 def section(evidence: Evidence) -> Section | None:
-    """Return a table for each accused model, or for the best one where it is not believed; None where there is none."""
+    """Return a table for each model named by the verdict, else for the best, rejected one; None if there is neither."""
     diagnosis = evidence.diagnosis
     models = diagnosis.verdict.accused or ((evidence.extended,) if evidence.extended is not None else ())
     if not models:
@@ -65,7 +65,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
 
 
 def _called(name: str, owner: str | None = None) -> str:
-    """Return a value in words: ``NDE: support stiffness`` of ``NDE.support_stiffness``."""
+    """Return the readable name of a value: ``NDE: support stiffness`` for ``NDE.support_stiffness``."""
     stated, _, value = name.rpartition(".")
     return f"{owner or stated}: {value.replace('_', ' ')}".removeprefix(": ")
 
@@ -84,7 +84,7 @@ def _stays(free: FreeEffect) -> list[tuple[str, str]]:
 
 
 def correlated(model: Contender) -> dict[str, list[tuple[str, float]]]:
-    """Return which shared values go with each value of the causes, by the slopes at the end of the fit."""
+    """Return the values correlated with each value of the causes, from the Fisher information at the end of the fit."""
     problem = model.problem
     covariance = np.linalg.inv(information(problem, model.fit))
     spread = np.sqrt(np.diag(covariance))

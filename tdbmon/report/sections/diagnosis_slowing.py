@@ -1,4 +1,4 @@
-"""How the rotor slows after paths have parted."""
+"""Report section: deceleration of the rotor after measured and simulated trajectories have diverged."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.report.document import Figure, Paragraph, Section
 
 
 def section(evidence: Evidence) -> Section | None:
-    """Return the shaft's angle, measured less simulated; None where no keyphasor tells."""
+    """Return the section on the shaft angle, measured minus simulated; None without a keyphasor."""
     if evidence.plain_slowing is None:
         return None
     from tdbmon.figures.slowing import slowing

@@ -1,4 +1,4 @@
-"""The machine's own values, as the model that the verdict believes was fitted with them, beside those of its file."""
+"""Report section: the machine's values fitted with the model accepted by the verdict, beside those of its file."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from tdbmon.quantity import words
 from tdbmon.report.document import Row, Section, Table
 from tdbmon.report.sections.fitted_values import toleranced, value_words
 
-_EDGE = 1e-3  # of a tolerance: so near to its end a value has gone as far as it may
+_EDGE = 1e-3  # of the tolerance range: a value so near to its end is at the bound
 
 
 def section(evidence: Evidence, since: Reference | None = None) -> Section | None:
-    """Return the table; None where no model is believed, whose values have made up for what it lacks.
+    """Return the table; None if no model is accepted, since the fitted values then compensate for what the model lacks.
 
-    A value that changed beyond its tolerance `since` earlier drops stands beside what the file has, not what the fit began with.
+    A value that changed beyond its tolerance `since` earlier drops is compared with the file's value, not the fit's starting one.
     """
     diagnosis = evidence.diagnosis
     if diagnosis.verdict.kind is Kind.UNKNOWN or not diagnosis.values:
@@ -44,6 +44,6 @@ def section(evidence: Evidence, since: Reference | None = None) -> Section | Non
 
 
 def _at_edge(value: Estimate, low: float, high: float) -> bool:
-    """True where a known value lies at an end of its tolerance."""
+    """True if a known value lies at a bound of its tolerance."""
     near = _EDGE * (high - low)
     return value.value is not None and not low + near < value.value < high - near

@@ -1,4 +1,4 @@
-"""What the diagnosis says, in a sentence, with its reasons."""
+"""Report section: the verdict of the diagnosis in a sentence, with its reasons."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TONE: dict[Kind, Tone] = {
 
 
 def section(evidence: Evidence) -> Section:
-    """Return verdict, reasons and remarks."""
+    """Return the section with verdict, reasons and remarks."""
     diagnosis = evidence.diagnosis
     blocks: list[Block] = [
         Verdict(_sentence(diagnosis), _TONE[diagnosis.verdict.kind]),
@@ -78,7 +78,7 @@ def section(evidence: Evidence) -> Section:
 
 
 def _looked_for(diagnosis: Diagnosis) -> str:
-    """Say when one of the effects would have been named."""
+    """Return the conditions under which an effect would have been named."""
     comma, better, proof = ",", ", and that model had done better on a held-out drop", ""
     if len(diagnosis.plain.problem.drops) < LEAST_DROPS:
         comma, better, proof = " and", "", " A single drop cannot be held out as a proof."
@@ -130,7 +130,7 @@ def _sentence(diagnosis: Diagnosis) -> str:
 
 
 def probability_words(probability: float) -> str:
-    """Return a probability in words; none is certain and none impossible."""
+    """Return a probability as text, limited to "> 99 %" and "< 1 %"."""
     if probability > 0.99:
         return "> 99 %"
     return "< 1 %" if probability < 0.01 else percent(probability)
@@ -141,7 +141,7 @@ def _probability(diagnosis: Diagnosis, contender: Contender) -> float:
 
 
 def _share(diagnosis: Diagnosis, contender: Contender) -> str:
-    """Return the probability of an accused model's causes, whatever their words and orders."""
+    """Return the probability of a named model's effects, summed over the named models with the same effects."""
     pairs = zip(diagnosis.contenders, diagnosis.verdict.probabilities, strict=True)
     accused = diagnosis.verdict.accused
     return probability_words(sum(p for each, p in pairs if each in accused and each.effects == contender.effects))

@@ -1,4 +1,4 @@
-"""The values of a drop that has too few before it for statistics, beside those of these few."""
+"""Report section: the values of a drop with too few earlier drops for statistics, beside those of the earlier drops."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from tdbmon.quantity import counted, short, words
 from tdbmon.report.document import Paragraph, Row, Section, Table
 from tdbmon.report.sections.judgement import speed_wanted
 
-_SHOWN = 4  # of the drops before, the latest: columns of a page
+_SHOWN = 4  # latest earlier drops shown, as many columns as fit the page
 
 
 def section(comparison: Comparison) -> Section | None:
-    """Return the values side by side; None where there are drops enough, or the record holds none."""
+    """Return the values side by side; None if there are enough drops, or if the record contains no drop."""
     least, before = comparison.settings.compare.least_drops, comparison.matched
     if len(before) >= least or comparison.no_drop:
         return None
@@ -30,7 +30,7 @@ def section(comparison: Comparison) -> Section | None:
 
 
 def _missing(comparison: Comparison) -> str:
-    """Say what a verdict takes that is not there yet."""
+    """Return a text on the drops still needed for a verdict."""
     least, n, wanted = comparison.settings.compare.least_drops, len(comparison.matched), comparison.conditions
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ", without an assembly name"
     return (

@@ -1,4 +1,4 @@
-"""The quantities of a drop by name: what the summary shows, and what the list of things not estimated goes through."""
+"""The named quantities of a drop, as used by the summary and the list of quantities not estimated."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _NO_SPEED = "the record holds no speed"
 
 @dataclass(frozen=True)
 class Finding:
-    """A quantity: its name, its end ("" for the rotor), the unit that it is shown in, and what stands beside it."""
+    """A quantity: its name, its end ("" for the rotor), its estimate, the unit for display, and a text shown after it."""
 
     name: str
     end: str
@@ -26,17 +26,17 @@ class Finding:
 
 
 def above_one(restitutions: Iterable[Estimate]) -> str:
-    """Return what explains, behind the name of the restitution, that one of them is above one; "" where none is."""
+    """Return the explanation, after the name of the restitution, why one of them exceeds one; "" if none does."""
     return ABOVE_ONE if any((estimate.value or 0.0) > 1 for estimate in restitutions) else ""
 
 
 def all_findings(analysis: Analysis) -> list[Finding]:
-    """Quantities of the rotor and of all ends."""
+    """Return the quantities of the rotor and of all ends."""
     return rotor_findings(analysis) + [f for end in analysis.ends.values() for f in end_findings(analysis, end)]
 
 
 def rotor_findings(analysis: Analysis) -> list[Finding]:
-    """Quantities of the whole rotor."""
+    """Return the quantities of the whole rotor."""
     rundown = analysis.rundown
     release = analysis.release_time
     found = [Finding("Release, from the record's first sample", "", release)]
@@ -62,7 +62,7 @@ def rotor_findings(analysis: Analysis) -> list[Finding]:
 
 
 def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
-    """Quantities of one end."""
+    """Return the quantities of one end."""
     circle, first = end.circle, end.first
     rows: list[tuple[str, Estimate, str | None]] = [
         ("Air gap", end.air_gap, None),
@@ -85,5 +85,5 @@ def end_findings(analysis: Analysis, end: EndResult) -> list[Finding]:
 
 
 def record_time(instant: Estimate) -> str:
-    """Return an instant of the record in brackets, to stand behind its time after the release."""
+    """Return an instant as record time in brackets, to follow its time after the release."""
     return "" if instant.value is None else f" [{instant.value:.5f} s]"

@@ -1,4 +1,4 @@
-"""The fitted values beside those of the machine file, and which of them the drops do not determine."""
+"""Table of the fitted values beside those of the machine file, marking those that the drops hardly determine."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _UNBALANCE = {
     "along": "unbalance along its stated phase",
     "across": "unbalance across its stated phase",
 }
-_OTHER_LAW = 1e-3  # from the exponent of a line contact: a smaller difference is not written
+_OTHER_LAW = 1e-3  # least difference from the exponent of a line contact that is reported
 
 
 def fitted_values(fitted: FittedDrop) -> Table:
@@ -49,7 +49,7 @@ def fitted_values(fitted: FittedDrop) -> Table:
 
 
 def value_words(name: str, machine: Machine) -> str:
-    """Return the name of a fitted value in words: ``NDE: support stiffness`` of ``NDE.support_stiffness``."""
+    """Return the readable name of a fitted value: ``NDE: support stiffness`` for ``NDE.support_stiffness``."""
     owner, _, field = name.rpartition(".")
     if owner in {plane.name for plane in machine.rotor.unbalance}:
         return f"{owner}: {_UNBALANCE.get(field, field)}"
@@ -63,7 +63,7 @@ def value_words(name: str, machine: Machine) -> str:
 
 
 def _law(calibration: Calibration, name: str) -> str:
-    """Return the law of a contact whose exponent is not the one that the unit of the stiffness has; empty for all else."""
+    """Return the contact law as text if its exponent differs from that in the unit of the stiffness; else ""."""
     owner, _, field = name.rpartition(".")
     if field != "contact_stiffness":
         return ""

@@ -1,4 +1,4 @@
-"""Forces and stresses of the fitted model, and what was fitted."""
+"""Report section: forces and stresses of the fitted model, and the fitted values."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _STEEP = (
 
 
 def hardest(drop: DropForces) -> tuple[Row, ...]:
-    """Return the greatest force and stress of each end as rows."""
+    """Return the greatest force and stress of each end as table rows."""
     ends, within = drop.ends.values(), f"first {drop.seconds:g} s"
     return (
         Row((f"Greatest normal force on the ring, {within}", *(words(end.peak) for end in ends))),
@@ -103,7 +103,7 @@ _ROWS: tuple[tuple[str, Callable[[EndForces], str]], ...] = (
 
 
 def _rows(drop: DropForces) -> tuple[Row, ...]:
-    """Return forces and stresses of each end as rows."""
+    """Return forces and stresses of each end as table rows."""
     return (*hardest(drop), *(Row((name, *map(told, drop.ends.values()))) for name, told in _ROWS))
 
 
@@ -112,7 +112,7 @@ def _quartiles(stress: Stress) -> str:
 
 
 def _withheld(fitted: FittedDrop) -> list[Block]:
-    """Return why no force and no stress is told, and what the fit says."""
+    """Return the reason why forces and stresses are withheld, and the result of the fit."""
     calibration = fitted.calibration
     return [
         Verdict(f"No forces and stresses are given: {fitted.forces.withheld}.", "attention"),
@@ -136,7 +136,7 @@ def _of_several(calibration: Calibration) -> str:
 
 
 def _drops(fitted: FittedDrop) -> list[Block]:
-    """Return forces and stresses of all drops that were fitted together."""
+    """Return a table of forces and stresses of all jointly fitted drops."""
     rows = []
     for fit, drop in zip(fitted.calibration.drops, fitted.all_forces, strict=True):
         cells = []
@@ -164,7 +164,7 @@ def _beyond(peaks: tuple[float, ...], level: float) -> str:
 
 
 def _assumptions(drop: DropForces) -> str:
-    """Return what the stresses assume, in a sentence where that is the same at all ends, else in one for each."""
+    """Return the assumptions of the stresses: one sentence if they are the same at all ends, else one for each end."""
     texts = {name: end.stress.assumption for name, end in drop.ends.items()}
     if len(set(texts.values())) == 1:
         texts = {"": next(iter(texts.values()))}
@@ -177,7 +177,7 @@ def _impulse(value: float, low: float, high: float) -> str:
 
 
 def _contacts(end: EndForces) -> Table:
-    """Return peak and impulse of each contact before the simulations part."""
+    """Return a table of peak force and impulse of each contact before the ensemble's simulations diverge."""
     rows = tuple(
         Row(
             (

@@ -1,4 +1,4 @@
-"""The clearance: the circle of each end, and how air gap, ball clearance and deflection add up to it."""
+"""Report section: the clearance circle of each end, and its parts: air gap, ball clearance and deflection."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tdbmon.report.sections.left_out import left_out
 
 
 def section(analysis: Analysis) -> Section | None:
-    """Return the gap of each end."""
+    """Return the section on the gap of each end; None if no end is measured or there is no drop."""
     ends = [end for end in analysis.ends.values() if end.seen]
     if not ends or not analysis.falls:
         return None
@@ -47,7 +47,7 @@ def section(analysis: Analysis) -> Section | None:
 
 
 def _beyond(analysis: Analysis, ends: list[str]) -> str:
-    """Say how many positions lie beyond the scale of a strip; nothing where none does."""
+    """Return the number of positions beyond the scale of the residual plot as text; "" if there are none."""
     from tdbmon.figures.gap_map import MIDDLE, residual_radius
 
     strips = {end: found for end in ends if (found := residual_radius(analysis, end)) is not None}
@@ -82,7 +82,7 @@ _PARTS = (
 
 
 def _row(name: str, values: list[Estimate], told: list[set[str]]) -> Row:
-    """Return a row; a reason that was told of that end above is not told again."""
+    """Return a table row; a reason already given for that end in an earlier row is not repeated."""
     cells = []
     for value, above in zip(values, told, strict=True):
         cells.append("not estimated, as above" if value.why in above and not value.known else words(value))

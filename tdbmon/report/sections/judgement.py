@@ -1,4 +1,4 @@
-"""The first page of a comparison: the verdict and its reasons, and what was compared with what."""
+"""The first page of a comparison: the verdict, its reasons, and the drops that were compared."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ STANDING = (
 
 
 def standing_blocks(standing: Sequence[Judged]) -> list[Block]:
-    """Return the alarms of earlier drops that stand, with their reasons."""
+    """Return the standing alarms of earlier drops with their reasons."""
     blocks: list[Block] = []
     for each in standing:
         word = WORDS[each.verdict.word][0]
@@ -48,7 +48,7 @@ def standing_blocks(standing: Sequence[Judged]) -> list[Block]:
 
 
 def section(judged: Judged, standing: Sequence[Judged]) -> Section:
-    """Return the verdict, and the alarms of earlier drops that stand beside it."""
+    """Return the section with the verdict and the standing alarms of earlier drops."""
     comparison, verdict = judged.comparison, judged.verdict
     words, tone = WORDS[verdict.word]
     wanted, entry = comparison.conditions, comparison.entry
@@ -77,7 +77,7 @@ def section(judged: Judged, standing: Sequence[Judged]) -> Section:
 
 
 def speed_wanted(wanted: Conditions) -> str:
-    """Return at which speed drops match."""
+    """Return the speed, with tolerance, at which drops match, as text."""
     if stood(wanted.speed):
         return STANDSTILL
     return (
@@ -86,7 +86,7 @@ def speed_wanted(wanted: Conditions) -> str:
 
 
 def included(comparison: Comparison) -> str:
-    """Return whether the drop, by its record's name, is among those that are counted, and why not."""
+    """Return a text that says whether the drop, named by its record, is counted, and if not, why."""
     record = comparison.entry.raw_name
     if comparison.no_drop:
         return f"without {record}, which holds no drop"
@@ -107,7 +107,7 @@ def _full_drops(life: Life) -> str:
 
 
 def _hit(comparison: Comparison) -> list[Block]:
-    """How hard the bearings were hit, against the drops before and the limit; a sentence where no model was fitted."""
+    """Return peak force and stress against the earlier drops and the limit; a sentence if no model was fitted."""
     asked = [c for c in comparison.changes if c.kind.name in _HARDEST and c.estimate.known]
     limit, rows = comparison.settings.inspect.stress, []
     for change in asked:
@@ -140,7 +140,7 @@ def _hit(comparison: Comparison) -> list[Block]:
 
 
 def _out_of(change: Change, low: float, high: float) -> str:
-    """Say what it means where a drop lies out of the range of those before, which the next one of ten often does."""
+    """Return a remark if a drop lies outside the range of the earlier ones, as one drop after ten often does by chance."""
     value = change.estimate.value
     if value is None or low <= value <= high:
         return ""

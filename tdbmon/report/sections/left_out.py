@@ -1,4 +1,4 @@
-"""Which ends a figure does not show, and why."""
+"""Remark in a caption on the ends that a figure leaves out."""
 
 from __future__ import annotations
 
@@ -10,6 +10,6 @@ if TYPE_CHECKING:
 
 
 def left_out(analysis: Analysis, drawn: Iterable[str], lacking: str) -> str:
-    """Return a sentence for each end whose orbit the record holds but that is not drawn, and what it lacks."""
+    """Return a sentence for each end that has an orbit but is not drawn, stating what it lacks."""
     shown = set(drawn)
     return "".join(f" {name} has {lacking} and is left out." for name in analysis.seen_ends if name not in shown)

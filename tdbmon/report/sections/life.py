@@ -1,4 +1,4 @@
-"""What the bearings went through, against what was agreed."""
+"""Report section: usage of the bearings against the agreed number of drops."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from tdbmon.report.sections.judgement import included
 
 
 def section(comparison: Comparison) -> Section:
-    """Return counts, damage and margin."""
+    """Return the section with counts of drops, damage and margin."""
     life = comparison.life
     ends = sorted(life.damages, key=lambda end: place_of(end, comparison.ends))
     used_up = life.margin.value is not None and life.margin.value <= 0

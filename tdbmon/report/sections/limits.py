@@ -1,4 +1,4 @@
-"""What is not estimated, and why."""
+"""Report section: quantities not estimated, with the reasons."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _MODEL = "displacement alone does not give it: it needs the simulation fitted to
 
 
 def section(analysis: Analysis, fitted: bool = False) -> Section:
-    """Return every quantity without a value, those of one reason together; `fitted` where a model gives the forces."""
+    """Return all quantities without a value, grouped by reason; `fitted` if a model provides the forces."""
     rows = []
     if not fitted and analysis.falls:
         rows = [

@@ -1,4 +1,4 @@
-"""Natural frequencies of the resting rotor: critical speed map, Campbell diagram, and the lines that they explain."""
+"""Report section: natural frequencies of the resting rotor, with critical speed map, Campbell diagram and matching lines."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from tdbmon.analysis.result import Analysis
     from tdbmon.identify.fitted import FittedDrop
 
-_NEAR = 0.03  # relative: a line so near to a mode may be its
+_NEAR = 0.03  # relative distance within which a line is attributed to a mode
 
 
 def section(analysis: Analysis, fitted: FittedDrop) -> Section:
-    """Return the natural frequencies of the calibrated machine beside the record's lines of constant frequency."""
+    """Return the natural frequencies of the calibrated machine beside the record's spectral lines of constant frequency."""
     from tdbmon.figures.campbell import campbell
     from tdbmon.figures.critical_speed_map import critical_speed_map
 
@@ -58,13 +58,13 @@ def section(analysis: Analysis, fitted: FittedDrop) -> Section:
 
 
 def own_lines(lines: Sequence[Line]) -> list[Line]:
-    """Return the lines of constant frequency that are no sums or multiples of others, and not the mains."""
+    """Return the lines of constant frequency that are neither sums or multiples of others nor the mains."""
     known = [line for line in lines if line.kind == "constant" and line.frequency.value is not None]
     return [line for line in known if not line.combined]
 
 
 def nearest(mode: RestingMode, lines: Sequence[Line]) -> Line | None:
-    """Return the line nearest to a natural frequency, None where none is within a few percent."""
+    """Return the line nearest to a natural frequency; None if none is within 3 %."""
     frequency = mode.frequency.value or 0.0
     near = [line for line in lines if abs((line.frequency.value or 0.0) / frequency - 1) < _NEAR]
     return min(near, key=lambda line: abs((line.frequency.value or 0.0) - frequency), default=None)

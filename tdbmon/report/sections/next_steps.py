@@ -1,4 +1,4 @@
-"""What to do after an alarm: how far a gap that has grown is from its limit, and the next steps with their commands."""
+"""Next steps after an alarm: headroom of a grown gap to its limit, and recommended actions with their commands."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from tdbmon.history.summary import difference_of
 from tdbmon.quantity import counted, percent, short, stated_percent, words
 from tdbmon.report.document import Block, Row, Table
 
-_DROPS = 3  # of each condition, for a diagnosis: it proves what it finds on one that it holds out
+_DROPS = 3  # of each condition, for a diagnosis: one drop is held out for validation
 
 
 def blocks(judged: Judged) -> list[Block]:
-    """Return the room that gaps have and the next steps; nothing where no alarm asks for any."""
+    """Return the headroom of grown gaps and the next steps; an empty list without growth or alarm."""
     grown = headroom(judged.comparison)
     found: list[Block] = []
     if grown:
@@ -48,7 +48,7 @@ def _room(room: Headroom) -> Row:
 
 
 def _length(length: float) -> str:
-    """Return a length to the micrometre."""
+    """Return a length as text, rounded to the micrometre."""
     return short(Estimate(length, unit="um"), 1e-5)
 
 
@@ -93,7 +93,7 @@ def _steps(judged: Judged) -> list[Row]:
 
 
 def diagnosis_command(comparison: Comparison, flagged: tuple[Change, ...]) -> str:
-    """Return what to type for the cause: the drops since the change against those before it."""
+    """Return the command for a diagnosis of the drops since the change, with those before it as reference."""
     changed = [e for e in comparison.matched if all(e.id in change.left_out for change in flagged)]
     sound = [e for e in comparison.matched if not any(e.id in change.left_out for change in flagged)]
     later, earlier = (

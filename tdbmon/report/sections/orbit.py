@@ -1,4 +1,4 @@
-"""Orbits of each end, filtered orbits and the shaft centreline."""
+"""Report section: orbits of each end, filtered orbits and the shaft centreline."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 def section(analysis: Analysis) -> Section | None:
-    """Return the orbits, an end a figure, the filtered ones, and the centreline."""
+    """Return the orbits (one figure per end), the filtered orbits and the centreline; None if no end is measured."""
     ends = analysis.seen_ends
     if not ends:
         return None

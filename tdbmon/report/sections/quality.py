@@ -1,4 +1,4 @@
-"""The quality gate: every check that was made, failures first."""
+"""Report section: the quality gate, all checks of the record, failures first."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 
 def section(analysis: Analysis) -> Section:
-    """Return the checks of the record; passed ones are told a row a check, failed ones a row each."""
+    """Return the checks of the record; passed ones are merged to one row per kind of check, failed ones have a row each."""
     failed = [check for check in analysis.checks if not check.passed]
     passed = [check for check in analysis.checks if check.passed]
     blocks: list[Block] = []

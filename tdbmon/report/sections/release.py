@@ -1,4 +1,4 @@
-"""The release and the phases of the drop, with the signals themselves."""
+"""Report section: the release and the phases of the drop, with the signals."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def _release(analysis: Analysis) -> list[Block]:
 
 
 def _levitated(analysis: Analysis) -> list[Block]:
-    """How the shaft stood and moved before the release, beside the zones of ISO 14839-2."""
+    """Return position and vibration of the shaft before the release, with the zones of ISO 14839-2."""
     rows = []
     for end, found in analysis.levitation.items():
         told = (words(q) for q in (found.x, found.y, found.once, found.reach))
@@ -122,7 +122,7 @@ def _figures(analysis: Analysis) -> list[Block]:
 
 
 def _reading(analysis: Analysis, begin: float, end: float) -> str:
-    """How to read a time history, of what it shows."""
+    """Return the explanation of the marks in a time history, only of those that it contains."""
     from tdbmon.figures.style import has_circle
     from tdbmon.figures.time_history import shows_touches
 

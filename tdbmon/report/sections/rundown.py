@@ -1,4 +1,4 @@
-"""The decay of the speed: every law that was tried, the chosen one and its torque."""
+"""Report section: the decay of the speed, with all drag laws tried, the chosen one and its torque."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from tdbmon.estimate import Estimate
 from tdbmon.quantity import number, rpm, short, words
 from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table, sentence
 
-_NOUGHT = 0.1  # of its interval: a parameter that is no larger has no figure to show
+_NOUGHT = 0.1  # of the interval's width: a smaller parameter has no significant digit
 _NAMES = {
     "decay_time_s": "decay time",
     "constant_drag_hz_per_s": "constant drag",
@@ -21,7 +21,7 @@ _NAMES = {
 
 
 def section(analysis: Analysis) -> Section:
-    """Return the run-down."""
+    """Return the section on the run-down."""
     title = "Decay of the speed"
     rundown = analysis.rundown
     if rundown is None:
@@ -77,7 +77,7 @@ _CHOICE = (
 
 
 def _coasted(analysis: Analysis, rundown: RunDown) -> list[Row]:
-    """Return the times to a half and to a tenth of the speed at the release, with that speed, and how they were told."""
+    """Return the times to half and to a tenth of the speed at the release, with that speed, and how they were obtained."""
     found, initial = analysis.coast_down, rundown.initial
     rows = []
     for name, share, time in (("a half", HALF, found.half), ("a tenth", TENTH, found.tenth)):
@@ -114,9 +114,9 @@ def _laws(rundown: RunDown) -> Table:
 
 
 def _parameter(rundown: RunDown, key: str, value: Estimate) -> str:
-    """Return a parameter of the chosen law.
+    """Return a parameter of the chosen law as text.
 
-    The decay time's interval in the table above also holds what the law may lack, and tells its digits.
+    The decay time's interval in the table above includes the model error of the law, and sets the digits.
     """
     width = rundown.decay_time.width
     if key == "decay_time_s" and width is not None:
@@ -125,7 +125,7 @@ def _parameter(rundown: RunDown, key: str, value: Estimate) -> str:
 
 
 def _unused(_: str, value: Estimate) -> str:
-    """Return a parameter of a law that does not hold: it says nothing as sure as its noise."""
+    """Return a parameter of a rejected law as text without interval: noise alone would understate its uncertainty."""
     return "nought within its noise" if abs(value.value or 0.0) < _NOUGHT * (value.width or 0.0) else short(value)
 
 
@@ -134,7 +134,7 @@ def _millihertz(value: float) -> str:
 
 
 def _torque(rundown: RunDown) -> str:
-    """The chosen law's torque, at the speed of the release."""
+    """Return the drag torque of the chosen law at the speed of the release as text."""
     if rundown.law is None or rundown.polar_inertia is None or rundown.initial.value is None:
         return "not estimated: it needs a law and the rotor's polar inertia"
     if rundown.doubt and not rundown.lost_speed.known:
@@ -143,7 +143,7 @@ def _torque(rundown: RunDown) -> str:
 
 
 def _spun_up(analysis: Analysis, rundown: RunDown) -> list[Row]:
-    """What the inner rings take up, by the machine file, beside a speed lost that is known."""
+    """Return the speed lost to spinning up the inner rings, computed from the machine file, if the lost speed is known."""
     if rundown.initial.value is None or not rundown.lost_speed.known:
         return []
     rings = sum(bearing.inner_ring_inertia for bearing in analysis.machine.touchdown_bearings)
@@ -152,7 +152,7 @@ def _spun_up(analysis: Analysis, rundown: RunDown) -> list[Row]:
 
 
 def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
-    """The drag of the inner rings by the machine file, and how the constant drag lies to it, where that is known."""
+    """Return the inner rings' drag of the machine file, and the measured constant drag relative to it, if that is known."""
     if not rundown.drag_torque.known or rundown.polar_inertia is None:
         return []
     stated = stated_ring_drag(analysis.machine)

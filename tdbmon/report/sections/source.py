@@ -1,4 +1,4 @@
-"""Where the numbers come from: the file, the program, and the method of each quantity."""
+"""Report section: provenance of the results, the file, the program, and the method of each quantity."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from tdbmon.report.sections.findings import all_findings
 
 
 def section(analysis: Analysis) -> Section:
-    """Return provenance and methods."""
+    """Return the section on provenance and methods."""
     attributes = analysis.record.attrs
     dimension = next(iter(analysis.record.sizes))
     time = analysis.record[dimension].to_numpy()

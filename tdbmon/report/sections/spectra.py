@@ -1,4 +1,4 @@
-"""Lines in the spectra: a table of what was found, and the maps to see it in."""
+"""Report section: spectral lines, a table of those found and the maps that show them."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 if TYPE_CHECKING:
     from tdbmon.analysis.lines import Line
 
-_DRAWN = 4  # turns of a whirl, which a spectrum shows
+_DRAWN = 4  # least turns of a whirl that shows in a spectrum
 _LISTED = 24
 _TITLE = "Spectra and lines"
 
 
 def section(analysis: Analysis) -> Section | None:
-    """Return lines, waterfall, cascade and full spectra."""
+    """Return lines, waterfall, cascade and full spectra; None without displacement."""
     if analysis.planes is None:
         return None
     from tdbmon.figures.cascade import cascade, slowing_spectra
@@ -102,7 +102,7 @@ def _lines(analysis: Analysis) -> Block:
 
 
 def _whirling(analysis: Analysis) -> list[Block]:
-    """A whirl around the clearance draws a line of its own, which is a property of neither the rotor nor its bearings at rest."""
+    """Return a remark on whirl around the clearance, whose spectral line is no natural frequency of the resting rotor."""
     turns = [
         f"{end} at {short(whirl.frequency)}, {'against' if whirl.worst.turns < 0 else 'with'} the rotation"
         for end, whirl in analysis.whirl.items()
@@ -112,7 +112,7 @@ def _whirling(analysis: Analysis) -> list[Block]:
 
 
 def _drifting(analysis: Analysis) -> list[Block]:
-    """The swings that are strong and no lines, with the range of their frequency."""
+    """Return a table of strong swings whose drifting frequency gives no line, with the range of the frequency."""
     if not analysis.drifting:
         return []
     ways = predicted_ways(analysis.machine, analysis.rotor)

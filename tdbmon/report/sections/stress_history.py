@@ -1,4 +1,4 @@
-"""Hertz stress of the drops: box plots an end and a drop, and the table of greatest and mean."""
+"""Report section: Hertz stress of the drops, as box plots by end and drop and a table of greatest and mean values."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.report.document import Block, Figure, Paragraph, Row, Section, Table
 
 
 def section(comparison: Comparison) -> Section:
-    """Return the stresses, or say that no drop has any."""
+    """Return the section on the stresses, or a sentence that no drop has any."""
     if not comparison.stress:
         words = (
             f"Neither {comparison.entry.raw_name} nor a drop that matches it was filed with forces. A stress needs the"

@@ -1,4 +1,4 @@
-"""The first page: what happened, can it be trusted, the numbers, and how they stand against the drawing."""
+"""The first page: what happened, whether the record can be trusted, the results, and their comparison with the drawing."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ _SCALE = (
     "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %. The radius from"
     " the swing is told from frequencies and knows none."
 )
-_FEW = 2  # quantities that are named in the place of all others
+_FEW = 2  # most quantities named as exceptions ("all but ...") instead of a full list
 
 
 def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
-    """Return the summary; with a fitted model, how hard the bearings were hit comes first."""
+    """Return the summary; with a fitted model, peak forces and stresses precede the other results."""
     blocks: list[Block] = [Paragraph(_story(analysis, fitted)), _trust(analysis)]
     against = _against_drawing(analysis)
     blocks += [_gap_verdict(row) for row in against if row.tone == "attention"]
@@ -60,7 +60,7 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
 
 
 def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
-    """What happened, in plain words."""
+    """Return a plain description of the drop."""
     attributes = analysis.record.attrs
     when = f" on {moment(str(attributes['drop_time']))}" if attributes.get("drop_time") else ""
     parts = []
@@ -85,7 +85,7 @@ def _story(analysis: Analysis, fitted: FittedDrop | None) -> str:
 
 
 def _contacts_made(analysis: Analysis, fitted: FittedDrop | None) -> list[str]:
-    """Say how many contacts there were and until when, or that they are not counted."""
+    """Return sentences on the number of contacts and the time of settling, or that contacts are not counted."""
     counts, untold = [], []
     for end in analysis.ends.values():
         if end.held:
@@ -111,7 +111,7 @@ def _contacts_made(analysis: Analysis, fitted: FittedDrop | None) -> list[str]:
 
 
 def _in_the_fit(fitted: FittedDrop | None) -> str:
-    """Return how many contacts the record has by the gaps of a fit that follows it, which takes no clearance circle."""
+    """Return the number of contacts according to the fitted gaps, which need no clearance circle; "" if the fit is withheld."""
     if fitted is None or fitted.forces.withheld:
         return ""
     found = fitted.agreement
@@ -139,7 +139,7 @@ def _gap_verdict(row: Row) -> Verdict:
 
 
 def _whirl_verdicts(analysis: Analysis) -> list[Block]:
-    """Backward whirl is what destroys touchdown bearings: it is said on the first page, found or not."""
+    """Return the verdicts on whirl, found or not: backward whirl destroys touchdown bearings, so the first page reports it."""
     if not analysis.whirl:
         return []
     found: list[Block] = []
@@ -162,7 +162,7 @@ def _whirl_verdicts(analysis: Analysis) -> list[Block]:
 
 
 def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
-    """How hard the bearings were hit, which no sensor measured: against their static load, and against a dent."""
+    """Return the simulated peak forces and stresses, relative to the static load and to the stress that dents a race."""
     from tdbsim.fatigue import STATIC_LIMIT
 
     ends, within = fitted.forces.ends, f"first {fitted.forces.seconds:g} s"
@@ -214,7 +214,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
 
 
 def _later(seconds: float, settled: Estimate) -> str:
-    """Return that blows come after the time that forces are told of, s; nothing where the shaft has settled by then."""
+    """Return a remark that impacts follow after the simulated time `seconds`, s; "" if the shaft has settled by then."""
     if settled.value is not None and settled.value <= seconds:
         return ""
     then = f"settles only {words(settled)} after the release" if settled.known else "has not settled by then"
@@ -265,7 +265,7 @@ def _ends_table(analysis: Analysis) -> list[Block]:
 
 
 def _not_estimated(analysis: Analysis) -> list[Block]:
-    """Say in a row a reason what it leaves without a value: every quantity is named under What is not estimated."""
+    """Return a table of quantities without a value, one row per reason; the section What is not estimated names each."""
     owners = {"rotor": rotor_findings(analysis)}
     owners |= {name: end_findings(analysis, end) for name, end in analysis.ends.items()}
     reasons: dict[str, dict[str, list[str]]] = {}
@@ -282,7 +282,7 @@ def _not_estimated(analysis: Analysis) -> list[Block]:
 
 
 def _named(names: Sequence[str], findings: Sequence[Finding]) -> str:
-    """Return names in a line, those that are not among them where these are few."""
+    """Return a list of names as text, or "all but" the missing ones if these are few."""
     others = [finding.name for finding in findings if finding.name not in names]
     if len(names) > _FEW >= len(others):
         return f"all{f' but {_listed(others)}' if others else ''}"
@@ -313,7 +313,7 @@ def _compare(name: str, measured: Estimate, drawn: Tolerant, unit: str, factor: 
 
 
 def _verdict(measured: Estimate, drawn: Tolerant) -> tuple[str, Tone]:
-    """Inside or outside the tolerance, or not to be told."""
+    """Return whether the measured value lies inside or outside the tolerance, or is undecided, with its tone."""
     if measured.value is None:
         return "not estimated", "plain"
     low = measured.value if measured.low is None else measured.low

@@ -1,4 +1,4 @@
-"""1X through the run-down."""
+"""Report section: 1X through the run-down."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The course of the main quantities over the drops."""
+"""Report section: trends of the main quantities over the drops."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FIRST = (
 
 
 def section(comparison: Comparison) -> Section | None:
-    """Return the trends; None where no quantity has four drops."""
+    """Return the section on trends; None if no judged quantity has one (it takes four drops)."""
     with_trend = [c for c in comparison.changes if c.trend is not None and c.kind.judged]
     if not with_trend:
         return None
@@ -68,7 +68,7 @@ def section(comparison: Comparison) -> Section | None:
 
 
 def chosen(changes: list[Change]) -> list[Change]:
-    """Return which quantities to draw: what is flagged first, then the usual ones."""
+    """Return the quantities to draw, at most eight: the flagged ones first, then the usual ones."""
 
     def rank(change: Change) -> tuple[bool, int]:
         name = change.kind.name

@@ -1,4 +1,4 @@
-"""Whirl: does the shaft run around its clearance, and against its rotation?"""
+"""Report section: whirl of the shaft around its clearance, with and against the rotation."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 
 
 def section(analysis: Analysis) -> Section | None:
-    """Return the whirl of each end."""
+    """Return the section on the whirl of each end; None without a drop."""
     if not analysis.ends or not analysis.falls:
         return None
     blocks: list[Block] = [
