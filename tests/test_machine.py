@@ -42,11 +42,11 @@ def test_a_number_is_already_si():
         ("[speed]", "[sped]", "did you mean 'speed'"),
         ("[speed]", '[effect]\nname = "shaft_bow"\nwhere = "rotor"\n[speed]', "write [[effect]], in two brackets"),
         ('tolerance = "20 %"', 'tolerence = "20 %"', "did you mean 'tolerance'"),
-        ('tolerance = "20 %"', "tolerance = 0.2", "has no unit where the value has one"),
+        ('tolerance = "20 %"', "tolerance = 0.2", "has no unit, but the value has one"),
         ('density = "7850 kg/m^3"', 'density = "78500 kg/m^3"', "78500 kg/m^3 is not between"),
         ('nominal = "250 um"', 'nominal = "250 mm"', "check its unit"),
         ('nominal = "250 um"', 'nominal = "250 kg"', "'kg' is not a unit"),
-        ('nominal = "250 um"', 'nominal = "0 um"', "tolerance '20 %' of a nominal value of nought is nothing"),
+        ('nominal = "250 um"', 'nominal = "0 um"', "tolerance '20 %' of a nominal value of zero is zero"),
         ('nominal = "250 um"', 'nominal = "-250 um"', "radial_gap -250 um (down to"),
         ('tolerance = "20 %"', 'tolerance = "-20 %"', "negative"),
         ('position = "1240 mm", mass', 'position = "1240 m", mass', "outside the shaft"),
@@ -57,18 +57,18 @@ def test_a_number_is_already_si():
             'outer_diameter = "60 mm", inner_diameter = "70 mm" }',
             "not smaller than outer",
         ),
-        ('"45 deg"', '"135 deg"', "one line"),
+        ('"45 deg"', '"135 deg"', "parallel to within 10 deg"),
         ('end = "DE"', 'end = "ED"', "no touchdown bearing"),
         ('name = "DE_A"', 'name = "DE_B"', "given twice"),
         ("nominal = 0.12", "nominal = 12", "friction 12 (up to"),
-        ('"45 deg"', "45", 'more than a turn; where degrees are meant write "45 deg"'),
-        ('"45 deg"', '"45"', 'more than a turn; where degrees are meant write "45 deg"'),
+        ('"45 deg"', "45", 'more than a turn; if degrees are meant, write "45 deg"'),
+        ('"45 deg"', '"45"', 'more than a turn; if degrees are meant, write "45 deg"'),
         ('elastic_modulus = "200 GPa"', 'elastic_modulus = "200 MPa"', "2e+08 Pa is not between"),
         ('rotation = "ccw"', 'rotation = "left"', "ccw"),
         (
             'outer_diameter = "60 mm"',
             "outer_diameter = 60",
-            "section 1 of 60 m diameter and 0.08 m length is of no shaft",
+            "section 1 of 60 m diameter and 0.08 m length is impossible for a shaft",
         ),
         ('length = "80 mm"', "length = 80", "A number without a unit is in m"),
         ('diameter = "12.303 mm"', 'diameter = "12,303 mm"', "has a decimal comma; write '12.303 mm'"),
@@ -93,7 +93,7 @@ def test_a_number_is_already_si():
         (
             'diametral_inertia = "0.05 kg m^2"',
             "diametral_inertia = 50000",
-            "put its mass of 12 kg on a radius of 64.5 m, more than the shaft's length (1.24 m)",
+            "give its mass of 12 kg a radius of gyration of 64.5 m, more than the shaft's length (1.24 m)",
         ),
         (
             'nominal = "4e6 N/m", tolerance = "20 %"',
@@ -102,16 +102,16 @@ def test_a_number_is_already_si():
         ),
         ('nominal = "4e3 N s/m"', 'nominal = "-4e3 N s/m"', "damping reaches down to -5200 N s/m"),
         ('nominal = "14 s"', 'nominal = "-14 s"', "speed_decay_time reaches down to"),
-        ('nominal = "14 s"', 'nominal = "14 us"', "speed_decay_time 1.4e-05 s: no air stops a shaft in less than 1 ms"),
-        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is none on earth"),
-        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "stands upright does not fall"),
-        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = -9.81', "gravity -9.81 m/s^2 points down (-y) already"),
+        ('nominal = "14 s"', 'nominal = "14 us"', "speed_decay_time 1.4e-05 s: drag in air stops no shaft in less than 1 ms"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = 981', "gravity 981 m/s^2 is impossible on earth"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = "0 m/s^2"', "an upright shaft does not fall"),
+        ('rotation = "ccw"', 'rotation = "ccw"\ngravity = -9.81', "gravity -9.81 m/s^2: it already points down (-y)"),
         ('rotation = "ccw"', 'rotation = "ccw"\nmains = 0', "mains 0 Hz is no mains frequency"),
         ('journal_radius = "35 mm"', "journal_radius = 35", "journal_radius 35000 mm does not go into a bearing"),
         ('journal_radius = "35 mm"', 'journal_radius = "35 cm"', "journal_radius 350 mm does not go into a bearing"),
         ('pitch_diameter = "90 mm"', 'pitch_diameter = "900 mm"', "does not go into a bearing"),
         ('diameter = "12.303 mm"', 'diameter = "1.2303 mm"', "fill 0.048 of their pitch circle"),
-        ('"0.00075 kg m^2"', '"0.75 kg m^2"', "put the ring on a radius of 1.29e+03 mm"),
+        ('"0.00075 kg m^2"', '"0.75 kg m^2"', "give a radius of gyration of 1.29e+03 mm"),
         ('rotation = "ccw"', 'rotation = "ccw"\nmains = "0.5 kHz"', "mains 500 Hz is no mains frequency"),
         ('support_mass = "51.2 kg"', 'support_mass = "0 kg"', "greater than 0"),
         ("nominal = 0.12", 'nominal = "much"', "'much' is not a quantity; write a number, e.g. 1.5"),
@@ -133,7 +133,7 @@ def test_mistakes_are_said_with_their_cure(old, new, says):
 @pytest.mark.parametrize(("end", "means"), [("both", "both ends"), ("Both", "both ends"), ("Rotor", "the whole rotor")])
 def test_an_end_is_not_named_as_what_is_no_end(end, means):
     with pytest.raises(
-        InputError, match=f"touchdown_bearing '{end}': .* that word means {means}; name the bearing otherwise"
+        InputError, match=f"touchdown_bearing '{end}': .* this word means {means}; give the bearing another name"
     ):
         parse_machine(tomllib.loads(TEXT.replace('"NDE"', f'"{end}"')), "machine.toml")
 
@@ -146,7 +146,7 @@ def test_a_disk_and_an_unbalance_plane_of_one_name_are_in_one_place():
     parse_machine(data, "machine.toml")
     plane["position"] = "1230 mm"
     with pytest.raises(
-        InputError, match="disk at 1240 mm and an unbalance plane at 1230 mm, .* name one of them otherwise"
+        InputError, match="disk at 1240 mm and an unbalance plane at 1230 mm, .* rename one of them"
     ):
         parse_machine(data, "machine.toml")
 

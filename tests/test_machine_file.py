@@ -160,7 +160,7 @@ def test_a_nominal_value_next_to_nothing_takes_no_share_of_it():
 def test_a_share_of_nought_is_refused():
     data = tomllib.loads(shipped("short/machine.toml").read_text())
     data["touchdown_bearing"][0]["balls"]["diametral_clearance"] = {"nominal": "0 um", "tolerance": "30 %"}
-    with pytest.raises(InputError, match="of a nominal value of nought is nothing: write its half-width with a unit"):
+    with pytest.raises(InputError, match="of a nominal value of zero is zero: write its half-width with a unit"):
         parse_machine(data)
 
 
@@ -287,7 +287,7 @@ def test_analyse_writes_the_calibrated_machine(capsys, tmp_path, monkeypatch):
     code, out, _ = run(capsys, "analyse", shipped("short/machine.toml"), record, "--calibrated", file)
     assert code == 0
     assert f"machine: {file}" in out
-    assert "gone as far as they may, so that the truth may lie beyond: DE.radial_gap 300.0 um" in out
+    assert "at the limit of their range, so the true value may lie beyond: DE.radial_gap 300.0 um" in out
     written = load_machine(file)
     assert written.bearing("DE").radial_gap.nominal == 300e-6
     assert written.bearing("NDE").support_stiffness.nominal == 1.4147e8

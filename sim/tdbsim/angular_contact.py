@@ -181,7 +181,7 @@ class AngularContactBearing:
                 bad = load[int(np.argmax(over.any(axis=-1)))]
                 raise InputError(
                     f"row {number} cannot carry the load {np.array2string(bad, precision=4)} (N, N m): it would press balls"
-                    " on the shoulder that an angular-contact ring lacks; give the row a partner or turn the load"
+                    " against the shoulder that an angular-contact ring lacks; give the row a partner or turn the load"
                 )
 
 
@@ -215,9 +215,9 @@ def pair(
     if not spacing > 0:
         raise InputError(f"spacing {spacing * 1e3:g} mm of the rows is not positive")
     if arrangement not in ("X", "O", "tandem"):
-        raise InputError(f"arrangement '{arrangement}' is none of X, O, tandem")
+        raise InputError(f"arrangement '{arrangement}' is unknown; give X, O or tandem")
     if arrangement == "tandem" and preload:
-        raise InputError(f"rows in tandem do not press on each other: preload {preload * 1e6:g} um cannot be; give 0")
+        raise InputError(f"preload {preload * 1e6:g} um: rows in tandem do not press on each other; give 0")
     senses = {"X": (-1, 1), "O": (1, -1), "tandem": (1, 1)}[arrangement]
     rows = (
         Row(geometry, count, position, sense, preload=preload / 2)

@@ -36,7 +36,7 @@ class Wave:
         if self.race not in ("inner", "outer"):
             raise InputError(f"race '{self.race}' is neither 'inner' nor 'outer'")
         if self.order < 1:
-            raise InputError(f"waviness of order {self.order} cannot be; give 1 or more waves around the race")
+            raise InputError(f"waviness of order {self.order} is impossible; give 1 or more waves around the race")
 
 
 def off_sized(geometry: BearingGeometry, deviation: float) -> BearingGeometry:

@@ -31,8 +31,8 @@ def check_channel_names(machine: Machine) -> None:
         channel = machine.channel_in_file(name)
         if channel in RESERVED:
             raise InputError(
-                f"channel '{channel}' of '{name}' is a name that a simulated record has for something else; give '{name}'"
-                " another name in the machine file, there or in [channels]"
+                f"channel '{channel}' of '{name}' is a name that simulated records use for something else; give '{name}'"
+                " another name in the machine file, in its own table or in [channels]"
             )
         if channel in taken:
             raise InputError(

@@ -171,7 +171,7 @@ def build_model(
 def check_count(name: str, value: object, what: str) -> None:
     """Raise InputError where an argument is not a non-negative integer."""
     if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < 0:
-        raise InputError(f"{value!r} {what} cannot be; give {name} as a whole number, 0 or more")
+        raise InputError(f"{value!r} {what}: impossible; give {name} as a whole number, 0 or more")
 
 
 def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
@@ -183,7 +183,7 @@ def with_effects(model: DropModel, effects: Sequence[Effect]) -> DropModel:
         As `build_model`; or if the model already has effects, which may have changed its values.
     """
     if model.effects:
-        raise InputError("the model carries effects already; build it anew with all of them")
+        raise InputError("the model already has effects; build it again with all of them")
     return _with(model.machine, model.modes, model.copy().arrays, all_effects(model.machine, effects))
 
 
@@ -224,7 +224,7 @@ def _check_end(row: Array, bearing: TouchdownBearing) -> None:
         raise InputError(f"{name}: the radial gap is {row[GAP] * 1e6:g} um; it must be positive for the rotor to turn")
     if math.isfinite(row[SHAPE_REACH]) and row[SHAPE_REACH] >= row[GAP]:
         raise InputError(
-            f"{name}: the shape that effects give it takes {row[SHAPE_REACH] * 1e6:g} um, all of the radial gap of"
+            f"{name}: the shape given by effects reaches {row[SHAPE_REACH] * 1e6:g} um inwards and closes the radial gap of"
             f" {row[GAP] * 1e6:g} um; make the effects smaller"
         )
     if not row[SUPPORT_XX] * row[SUPPORT_YY] > row[SUPPORT_XY] ** 2:

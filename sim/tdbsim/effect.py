@@ -253,7 +253,7 @@ class Effect:
         known = places(self.place, machine)
         if self.where not in known:
             raise InputError(
-                f"{self.identifier()}: where '{self.where}' is no {self.place} of this machine"
+                f"{self.identifier()}: where = '{self.where}' is no {self.place} of this machine"
                 f"{did_you_mean(self.where, known)}"
             )
         if self.place is Place.END and not machine.probes_at(self.where):

@@ -148,8 +148,8 @@ class WarmIntegration:
             )
             if closed >= 0:
                 raise InputError(
-                    f"touchdown_bearing '{drop.model.machine.ends[closed]}': growth has closed the gap {drop.time:.4g} s after"
-                    " the release; check the values of its heat"
+                    f"touchdown_bearing '{drop.model.machine.ends[closed]}': thermal growth has closed the gap {drop.time:.4g} s"
+                    " after the release; check the values in its heat table"
                 )
             self._course.append(course)
             self._acting.append(end[:, _ACTING])

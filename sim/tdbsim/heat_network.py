@@ -114,7 +114,7 @@ class BearingBody:
                 )
         for name in ("width", "housing_width", "shaft_length", "ball_diameter", "pitch_diameter", "ball_count"):
             if not getattr(self, name) > 0:
-                raise InputError(f"{name} {getattr(self, name):g} of a bearing's body is not positive")
+                raise InputError(f"{name} {getattr(self, name):g} of the bearing is not positive")
 
     @property
     def capacity(self) -> Array:

@@ -93,7 +93,7 @@ def check_modes(n: int) -> None:
     """Raise InputError where a rotor has more modes per plane than the splitting supports."""
     if n > MOST_MODES:
         raise InputError(
-            f"{n} modes a plane are more than 'splitting' takes; let 'bending' be less by {n - MOST_MODES}"
+            f"{n} modes per plane are more than 'splitting' supports ({MOST_MODES}); reduce 'bending' by {n - MOST_MODES}"
         )
 
 
@@ -101,7 +101,7 @@ def check_finite(reached: float, times: Array, out: Array) -> None:
     """Raise InputError where the splitting did not reach the last instant, or its last state is not finite."""
     if reached < times[-1] or not math.isfinite(out[-1].sum()):  # a non-finite state stays so
         raise InputError(
-            f"the integration left all bounds {reached:.6g} s after the release; make 'step' smaller where it is"
+            f"the integration diverged {reached:.6g} s after the release; make 'step' smaller if it is"
             " given, or check the machine's stiffnesses, masses and dampings"
         )
 
@@ -122,7 +122,7 @@ def check_open(model: DropModel, reached: float, times: Array, out: Array) -> No
             closed = next(k for k, each in enumerate(heat) if gap + law(0.0, float(each), row, start)[0] <= cold)
             raise InputError(
                 f"touchdown_bearing '{model.machine.ends[end]}': {kind.identifier} has closed the gap of {gap * 1e6:.4g} um by"
-                f" {times[closed]:.4g} s after the release, where {heat[closed]:.3g} J of friction's heat are in the bearing;"
+                f" {times[closed]:.4g} s after the release, with {heat[closed]:.3g} J of frictional heat in the bearing;"
                 " make the effect smaller, or simulate a shorter time"
             )
 

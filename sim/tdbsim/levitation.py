@@ -155,7 +155,7 @@ def _check_stable(arrays: Arrays, omega: float) -> None:
     growth = float(np.linalg.eigvals(state).real.max())
     if growth > 1e-3:
         raise InputError(
-            f"the levitated rotor is not stable at {abs(omega) / (2 * np.pi):g} Hz (it grows by {growth:.3g} a second);"
+            f"the levitated rotor is not stable at {abs(omega) / (2 * np.pi):g} Hz (its motion grows at {growth:.3g} 1/s);"
             " give the magnetic bearings more damping, or less cross-coupled stiffness"
         )
 

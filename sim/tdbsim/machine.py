@@ -346,8 +346,8 @@ class Machine(Part):
         for end in self.ends:
             if end.casefold() in _PLACES:
                 raise InputError(
-                    f"touchdown_bearing '{end}': where a place is named, that word means {_PLACES[end.casefold()]}; name the"
-                    ' bearing otherwise, e.g. "NDE"'
+                    f"touchdown_bearing '{end}': as the name of a place this word means {_PLACES[end.casefold()]}; give the"
+                    ' bearing another name, e.g. "NDE"'
                 )
         planes = {plane.name: plane.position for plane in self.rotor.unbalance}
         for disk in self.rotor.disks:
@@ -355,7 +355,7 @@ class Machine(Part):
             if abs(position - disk.position) > _ONE_PLANE:
                 raise InputError(
                     f"'{disk.name}' is a disk at {disk.position * 1e3:g} mm and an unbalance plane at {position * 1e3:g} mm,"
-                    " so what acts there could be at either; name one of them otherwise, or correct its position"
+                    " so the place of effects there is ambiguous; rename one of them, or correct its position"
                 )
 
     def _check_probes(self) -> None:
@@ -368,13 +368,13 @@ class Machine(Part):
             angles = [probe.angle for probe in self.probes if probe.end == end]
             if len(angles) >= 2 and max(abs(math.sin(a - angles[0])) for a in angles[1:]) < math.sin(math.radians(10)):
                 raise InputError(
-                    f"probes of end '{end}' are less than 10 deg from one line; two directions are needed to see the orbit:"
+                    f"probes of end '{end}' are parallel to within 10 deg; two directions are needed to see the orbit:"
                     " check their angles"
                 )
         for probe in self.probes:
             if probe.slow_roll is not None and (self.keyphasor is None or self.keyphasor.pulses_per_revolution > 1):
                 raise InputError(
-                    f"probe '{probe.name}': the phase of slow_roll counts from a keyphasor of one pulse a revolution, and"
+                    f"probe '{probe.name}': the phase of slow_roll needs a keyphasor with one pulse per revolution, and"
                     f" {'there is no [keyphasor]' if self.keyphasor is None else 'this one has several'}; leave slow_roll out"
                 )
 

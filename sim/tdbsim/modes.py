@@ -103,8 +103,8 @@ def free_free(model: RotorModel, bending_per_plane: int, attach: Sequence[float]
     elastic = len(model.plane_mass) - _RIGID
     if not 0 <= bending_per_plane <= elastic - len(attach):
         raise InputError(
-            f"{bending_per_plane} bending modes with {len(attach)} attachment modes asked for; this rotor has"
-            f" {elastic} elastic modes a plane: ask for fewer or give a smaller max_element"
+            f"{bending_per_plane} bending modes with {len(attach)} attachment modes requested; this rotor has"
+            f" {elastic} elastic modes per plane: request fewer or give a smaller max_element"
         )
     squares, shapes = eigh(model.plane_stiffness, model.plane_mass)
     squares, shapes = squares[_RIGID:], shapes[:, _RIGID:]
@@ -239,7 +239,7 @@ def whirl_modes(model: RotorModel, springs: Sequence[Spring], speed_hz: float = 
     frequencies 1e-6 to 2e-5, up to pinned ends).
     """
     if n < 1:
-        raise InputError(f"{n} modes asked for; ask for at least one")
+        raise InputError(f"{n} modes requested; request at least one")
     attach = sorted({spring.position for spring in springs})
     elastic = len(model.plane_mass) - _RIGID - len(attach)
     basis = free_free(model, min(elastic, n + 10), attach)

@@ -35,14 +35,14 @@ def check_plausible(machine: Machine) -> None:
         With the value that cannot be right, and its unit.
     """
     if machine.gravity > _STRONGEST_GRAVITY:
-        raise InputError(f"gravity {machine.gravity:g} m/s^2 is none on earth (9.81 m/s^2); check its unit")
+        raise InputError(f"gravity {machine.gravity:g} m/s^2 is impossible on earth (9.81 m/s^2); check its unit")
     if machine.gravity < 0:
-        raise InputError(f"gravity {machine.gravity:g} m/s^2 points down (-y) already; give it without the minus")
+        raise InputError(f"gravity {machine.gravity:g} m/s^2: it already points down (-y); give it without the minus")
     if machine.gravity < _LEAST_GRAVITY:
         raise InputError(
-            f"gravity {machine.gravity:g} m/s^2: a shaft that stands upright does not fall onto its touchdown bearings, and what"
-            " is told of a drop rests on that fall; only horizontal shafts are covered (inclined ones by 9.81 m/s^2 times the"
-            " cosine of the inclination). For the run-down alone, which takes no fall, leave out gravity and all [[probe]] tables"
+            f"gravity {machine.gravity:g} m/s^2: an upright shaft does not fall onto its touchdown bearings, but the analysis of"
+            " a drop needs that fall; only horizontal shafts are covered (inclined ones by 9.81 m/s^2 times the cosine of the"
+            " inclination). For the run-down alone, which needs no fall, leave out gravity and all [[probe]] tables"
         )
     lowest, highest = _MAINS
     if not lowest <= machine.mains <= highest:
@@ -81,16 +81,16 @@ def _check_rotor(rotor: Rotor) -> None:
         diameter, length = section.outer_diameter, section.length
         if not _THINNEST <= diameter <= _THICKEST or length > _LONGEST:
             raise InputError(
-                f"[rotor]: section {number} of {diameter:g} m diameter and {length:g} m length is of no shaft; are the units"
-                " right? A number without a unit is in m"
+                f"[rotor]: section {number} of {diameter:g} m diameter and {length:g} m length is impossible for a shaft; are"
+                " the units right? A number without a unit is in m"
             )
     decay = rotor.speed_decay_time
     if decay is not None and decay.low <= 0:
         raise InputError(f"[rotor]: speed_decay_time reaches down to {decay.low:g} s; it must stay positive")
     if decay is not None and decay.nominal < _FASTEST_STOP:
         raise InputError(
-            f"[rotor]: speed_decay_time {decay.nominal:g} s: no air stops a shaft in less than {_FASTEST_STOP * 1e3:g} ms; is the"
-            " unit right?"
+            f"[rotor]: speed_decay_time {decay.nominal:g} s: drag in air stops no shaft in less than {_FASTEST_STOP * 1e3:g} ms;"
+            " is the unit right?"
         )
 
 
@@ -101,14 +101,14 @@ def _check_disks(rotor: Rotor) -> None:
         if polar * _FLAT > 2 * diametral:
             raise InputError(
                 f"disks '{disk.name}': polar_inertia {polar:g} kg m^2 is more than twice the diametral_inertia"
-                f" {diametral:g} kg m^2, which no body has; a thin disc's polar one is twice the diametral one: check both"
+                f" {diametral:g} kg m^2, which is impossible; a thin disc has twice the diametral one: check both"
             )
         gyration = math.sqrt(max(polar, diametral) / disk.mass)
         if gyration > rotor.length:
             raise InputError(
-                f"disks '{disk.name}': inertias of {polar:g} and {diametral:g} kg m^2 put its mass of {disk.mass:g} kg on a"
-                f" radius of {gyration:.3g} m, more than the shaft's length ({rotor.length:g} m); are the units right? A number"
-                " without a unit is in kg m^2"
+                f"disks '{disk.name}': inertias of {polar:g} and {diametral:g} kg m^2 give its mass of {disk.mass:g} kg"
+                f" a radius of gyration of {gyration:.3g} m, more than the shaft's length ({rotor.length:g} m); are the units"
+                " right? A number without a unit is in kg m^2"
             )
 
 
@@ -151,14 +151,14 @@ def _check_ring(bearing: TouchdownBearing, where: str) -> None:
     filled = balls.count * balls.diameter / (2 * math.pi * pitch_radius)
     if filled < _LEAST_FILLED:
         raise InputError(
-            f"{where}: balls: {balls.count} of {balls.diameter * 1e3:g} mm fill {filled:.2g} of their pitch circle, of which half"
-            f" and more is usual; check diameter and pitch_diameter ({balls.pitch_diameter * 1e3:g} mm)"
+            f"{where}: balls: {balls.count} of {balls.diameter * 1e3:g} mm fill {filled:.2g} of their pitch circle; half or more"
+            f" is usual: check diameter and pitch_diameter ({balls.pitch_diameter * 1e3:g} mm)"
         )
     gyration = math.sqrt(bearing.inner_ring_inertia / bearing.inner_ring_mass)
     if not radius / _RING_WIDTH < gyration < pitch_radius * _RING_WIDTH:
         raise InputError(
             f"{where}: inner_ring_inertia {bearing.inner_ring_inertia:g} kg m^2 and inner_ring_mass"
-            f" {bearing.inner_ring_mass:g} kg put the ring on a radius of {gyration * 1e3:.3g} mm, but it lies between journal"
+            f" {bearing.inner_ring_mass:g} kg give a radius of gyration of {gyration * 1e3:.3g} mm, but it lies between journal"
             f" ({radius * 1e3:g} mm) and balls ({pitch_radius * 1e3:g} mm); check both units"
         )
 

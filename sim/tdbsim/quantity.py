@@ -31,7 +31,7 @@ def _si(value: Any, si: str) -> float:
     number = to_si(value, si)
     if si == "rad" and is_bare(value) and abs(number) > 2 * math.pi:
         raise InputError(
-            f'{number:g} rad is {math.degrees(number):.0f} deg, more than a turn; where degrees are meant write "{number:g} deg"'
+            f'{number:g} rad is {math.degrees(number):.0f} deg, more than a turn; if degrees are meant, write "{number:g} deg"'
         )
     return number
 
@@ -66,11 +66,11 @@ def _tolerant(si: str) -> BeforeValidator:
             share = to_si(tolerance, "1")
             if nominal == 0 and share != 0:
                 cure = "write its half-width with a unit, or correct the nominal value"
-                raise InputError(f"tolerance {tolerance!r} of a nominal value of nought is nothing: {cure}")
+                raise InputError(f"tolerance {tolerance!r} of a nominal value of zero is zero: {cure}")
             width = abs(nominal) * share
         elif si != "1" and is_bare(tolerance) and not is_bare(value["nominal"]) and to_si(tolerance, si) != 0:
             raise InputError(
-                f"tolerance {tolerance!r} has no unit where the value has one ({value['nominal']!r}); write it with its unit, or"
+                f"tolerance {tolerance!r} has no unit, but the value has one ({value['nominal']!r}); write it with its unit, or"
                 ' as a share, e.g. "20 %"'
             )
         else:

@@ -129,7 +129,7 @@ def _fault(
     """Return the error if the release state of a drop (index `drop`) is impossible at an end, else None."""
     found, offset, orbit = said
     if not found:
-        return InputError(f"touchdown_bearing '{name}': its rings find no place of rest; check balls and support")
+        return InputError(f"touchdown_bearing '{name}': its rings have no position of rest; check balls and support")
     gap, reach = float(arrays.end[drop, end, GAP]), float(arrays.end[drop, end, SHAPE_REACH])
     if offset + orbit < gap - reach:
         return None
@@ -138,7 +138,7 @@ def _fault(
         depth, gap = _nearest(chosen(arrays, drop), end, state, whirl)
         if depth < 0.0:
             return None
-        cure = f"that is the gap there as effects shape it: {cure}, or make the effects smaller"
+        cure = f"that is the gap there with the effects: {cure}, or make the effects smaller"
     return InputError(
         f"end '{name}': the levitated shaft, {offset * 1e6:.4g} um off the inner ring's centre with an orbit of"
         f" {orbit * 1e6:.4g} um 0-pk, reaches the gap of {gap * 1e6:.4g} um; {cure}"
@@ -183,8 +183,8 @@ def check_speed(machine: Machine, plan: DropPlan) -> None:
     surface = 2 * math.pi * plan.speed * radius
     if surface > _FASTEST_SURFACE:
         raise InputError(
-            f"speed {plan.speed:g} Hz ({60 * plan.speed:g} rpm) lets the shaft's surface of radius {radius * 1e3:g} mm run at"
-            f" {surface:.3g} m/s, which no rotor stands; is the unit right?"
+            f"speed {plan.speed:g} Hz ({60 * plan.speed:g} rpm) gives the shaft's surface, radius {radius * 1e3:g} mm, a speed of"
+            f" {surface:.3g} m/s, which no rotor withstands; is the unit right?"
         )
 
 

@@ -135,7 +135,7 @@ class ProbeChain:
     def __post_init__(self) -> None:
         for name in ("hum", "noise", "drift"):
             if not 0 <= (value := getattr(self, name)) < math.inf:
-                raise InputError(f"sensor chain: {name} {value:g} m is no amplitude; give 0 or more")
+                raise InputError(f"sensor chain: {name} {value:g} m is not a valid amplitude; give 0 or more")
         for name in ("gain", "offset", "angle_error", "lag", "hum_phase"):
             if not math.isfinite(value := getattr(self, name)):
                 raise InputError(f"sensor chain: {name} {value:g} is not finite")
@@ -172,9 +172,9 @@ class SensorChain:
 
     def __post_init__(self) -> None:
         if not 0 <= self.speed_noise_hz < math.inf:
-            raise InputError(f"sensor chain: speed noise {self.speed_noise_hz:g} Hz is no amplitude; give 0 or more")
+            raise InputError(f"sensor chain: speed noise {self.speed_noise_hz:g} Hz is not a valid amplitude; give 0 or more")
         if self.keyphasor_width is not None and not 0 < self.keyphasor_width < 1:
-            raise InputError(f"sensor chain: keyphasor width {self.keyphasor_width:g} is not a part of a revolution")
+            raise InputError(f"sensor chain: keyphasor width {self.keyphasor_width:g} is not between 0 and 1 pulse spacing")
 
     def of(self, probe: str) -> ProbeChain:
         """Return the chain of a probe."""
@@ -344,8 +344,8 @@ def check_pulses(machine: Machine, chain: SensorChain, speed_hz: float, sampling
         return
     count = machine.keyphasor.pulses_per_revolution
     raise InputError(
-        f"keyphasor: {count} pulse{'s' if count > 1 else ''} a revolution at {speed_hz:g} Hz are"
-        f" {rate:g} a second, which {sampling:g} samples a second do not tell apart; sample at"
+        f"keyphasor: {count} pulse{'s' if count > 1 else ''} per revolution at {speed_hz:g} Hz are"
+        f" {rate:g} per second, which {sampling:g} samples per second do not resolve; sample at"
         f" {least_sampling(machine, speed_hz):g} Hz or faster"
     )
 
@@ -427,10 +427,10 @@ def measure(
 def _interval(time: Array) -> float:
     steps = np.diff(time)
     if not len(steps):
-        raise InputError(f"motion: {len(time)} samples make no record; give at least two")
+        raise InputError(f"motion: {len(time)} samples are too few for a record; give at least two")
     interval = float(steps.mean())
     if not interval > 0 or np.abs(steps - interval).max() > 1e-3 * interval:
-        raise InputError("motion: its times are not evenly spaced; a record is sampled evenly")
+        raise InputError("motion: its times are not evenly spaced; give evenly spaced times")
     return interval
 
 

@@ -266,7 +266,7 @@ def check_memory(model: DropModel, plan: DropPlan, times: float = 1.0) -> None:
     memory = _memory()
     if needed > memory:
         raise InputError(
-            f"{plan.levitated + plan.seconds:g} s at {plan.sampling:g} Hz are {_samples(plan):.3g} samples, which take"
+            f"{plan.levitated + plan.seconds:g} s at {plan.sampling:g} Hz are {_samples(plan):.3g} samples, which need"
             f" {needed / 1e9:.3g} GB; this computer has {memory / 1e9:.3g} GB: simulate shorter, or sample more slowly"
         )
 

@@ -101,13 +101,13 @@ def _check_how_often(machine: Machine, own: Sequence[Effect], more: Sequence[Eff
             if standing[key] <= each.most:
                 continue
             if each.most > 1:
-                raise InputError(f"{name} is given more than {each.most} times for '{each.where}'; join some of them")
+                raise InputError(f"{name} is given more than {each.most} times for '{each.where}'; combine some of them")
             cure = (
-                "the machine file has it already: change or leave it out there"
+                "the machine file already has it: change it or remove it there"
                 if count >= len(own) and key in stated
                 else "give it once"
             )
-            raise InputError(f"{name} is given twice for '{each.where}'; it acts once at a place: {cure}")
+            raise InputError(f"{name} is given twice for '{each.where}'; it can act only once at a place: {cure}")
 
 
 def _occupied(machine: Machine, effect: Effect) -> list[tuple[object, ...]]:

@@ -55,7 +55,7 @@ def static_equilibrium(potential: Potential, start: Array, load: Array, reach: f
         step = _newton_step(residual, curvature[left], reach)
         where[open_] += _shortened(potential, where[open_], open_, load[open_], step, merit, size)[:, None] * step
     raise InputError(
-        f"{what}: {len(open_)} of {len(where)} loads find no balance within {_ITERATIONS} steps; the balls cannot carry"
+        f"{what}: {len(open_)} of {len(where)} loads reach no equilibrium within {_ITERATIONS} steps; the balls cannot carry"
         f" a load such as {np.array2string(load[open_[0]], precision=4)} N: check its direction and the preload"
     )
 

@@ -101,13 +101,13 @@ def scale(unit: str, si: str) -> float:
         factor = parsed.to("dimensionless" if si == "1" else si)
         zero = registry.Quantity(0.0, spelled).to("dimensionless" if si == "1" else si)
         if zero.magnitude != 0.0:
-            raise InputError(f"'{unit}' has an offset against {si}; write the value in {si}")
+            raise InputError(f"'{unit}' has an offset relative to {si}; write the value in {si}")
         return float(factor.magnitude)
     except InputError:
         raise
     except Exception as error:  # pint raises many kinds, several of them not its own
         cure = "a number" if si == "1" else f"a unit like {si}"
-        raise InputError(f"'{unit}' is not a unit that can be turned into {cure}") from error
+        raise InputError(f"'{unit}' is not a unit that can be converted to {cure}") from error
 
 
 def to_si(value: Any, si: str) -> float:

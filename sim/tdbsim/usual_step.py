@@ -75,8 +75,8 @@ def usual_step(model: DropModel) -> float:
         parts = max(parts, math.ceil(max(turns)))
         if step < _SHORTEST * parts:
             raise InputError(
-                f"touchdown_bearing '{bearing.name}': with its {_OF[turns.index(max(turns))]} a drop would take steps of"
-                f" {step / parts:.2g} s, and hours; check these values and their units"
+                f"touchdown_bearing '{bearing.name}': with its {_OF[turns.index(max(turns))]} a drop would need steps of"
+                f" {step / parts:.2g} s and hours to compute; check these values and their units"
             )
     return step / parts
 

@@ -71,7 +71,7 @@ def _write_extended(result: Diagnosis, path: Path) -> str:
     """Write the machine file with the named causes and return the line that says so."""
     wider = extended_machine(result)
     if wider is None:
-        there = "; the one that is there is of an earlier run" if path.exists() else ""
-        return f"no {path} written: nothing was named{there}"
+        there = "; the existing file is from an earlier run" if path.exists() else ""
+        return f"{path} not written: no cause was named{there}"
     write_machine(wider, path, extended_head(result))
     return f"extended machine file: {path}"

@@ -280,7 +280,7 @@ class _Contest:
         best = self.best
         may = best.fails_with_causes(self.plain) and best.causes[-1].in_contacts
         if may and self.ways.untried(Way.EXCHANGED, best.name):
-            self.search.progress("beginning other causes in the fall, in the place of the one that fails now")
+            self.search.progress("trying other causes, from the fall on, in place of the one that now fails")
             self._replace(best, exchanged(self.search.fallen, best, self.search.suspects, self.search.horizons))
 
     def _replace(self, old: Contender, new: Contender) -> None:
@@ -293,7 +293,7 @@ class _Contest:
         seen = explained_by_stated_values(best)
         if not seen and not self._may_have_compensated(best):
             return
-        self.search.progress("fitting what the machine file states without tolerance too")
+        self.search.progress("fitting also the values that the machine file states without tolerance")
         found = with_stated_values_free(self.search.fallen, [self.plain, *self.others], self.search.horizons)
         self.freed = seen or self.horizon >= self.stages.late  # not tried again
         if found is None:

@@ -36,7 +36,7 @@ def diagnosis_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "noise_um": _noise(plain) * 1e6,
             "probability": verdict.probabilities[diagnosis.contenders.index(plain)],
             "calibrated": {
-                p.name: Estimate(shared[p.name], unit=p.unit, why="no interval: the plain model").to_json()
+                p.name: Estimate(shared[p.name], unit=p.unit, why="no interval: a value of the plain model").to_json()
                 for p in plain.problem.shared
             },
         },
@@ -71,14 +71,14 @@ def diagnosis_lines(diagnosis: Diagnosis) -> list[str]:
     out.append(f"verdict: {verdict.kind} - {verdict.why}")
     for cause in named_causes(diagnosis):
         sizes = [f"{name} {value_and_interval(size)}" for name, size in cause.parameters.items() if size.known]
-        values = ", ".join([*(sizes or ["not fitted as far"]), *declaration(cause.effect).texts(cause.held)]).replace(
+        values = ", ".join([*(sizes or ["not fitted"]), *declaration(cause.effect).texts(cause.held)]).replace(
             "_", " "
         )
         out.append(f"  {cause.effect} at {cause.where}, probability {cause.probability:.2f}: {values}")
     if verdict.doubt is not None:
         out.append(f"  {verdict.doubt}")
     if diagnosis.plain.problem.standing:
-        out.append(f"  in the plain model already: {'; '.join(map(effect_in_words, diagnosis.plain.problem.standing))}")
+        out.append(f"  already in the plain model: {'; '.join(map(effect_in_words, diagnosis.plain.problem.standing))}")
     told = verdict.accused[0] if verdict.accused else diagnosis.plain
     out.append(
         f"residual of the {told.words} to {told.horizon * 1e3:g} ms: {_fit_rms(told) * 1e6:.2g} um rms, noise"
@@ -119,7 +119,7 @@ def standing_json(effect: Effect) -> dict[str, Any]:
     """Return an effect that stands in the model, in the form of `causes_json`."""
     values = {each: getattr(effect, each.name) for each in effect.parameters()}
     sizes = {
-        f"{each.name}{_suffix(each.unit)}": Estimate(value, unit=each.unit, why="as it stands in the model")
+        f"{each.name}{_suffix(each.unit)}": Estimate(value, unit=each.unit, why="as stated in the model")
         if math.isfinite(value)
         else Estimate.missing(each.unit, "infinite: the effect is off")
         for each, value in values.items()

@@ -136,7 +136,7 @@ def diagnose(
         check_start(problem, horizons[0])
         problem = with_divergence(problem)
         asked, horizons = horizons, followable(problem, horizons)
-        progress("holding the machine file against the first contacts")
+        progress("comparing the machine file with the first contacts")
         mistaken = _mistake(drops, problem)
         # after an error of set-up no cause is sought: some effect would fit what is not there
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
@@ -144,7 +144,7 @@ def diagnose(
         if mistaken is not None:  # the first contacts show what it does, and fits to later horizons take long
             compared = [h for h in horizons if h <= problem.stages.touched] or horizons[:1]
         field = contest(problem, suspected, compared, progress)
-        progress("following how the rotor slows")
+        progress("evaluating how the rotor slows")
         field, slowed = with_slowing(field, suspected)
         found = _first_judged(field, slowed, suspected, progress)
         obstacle = mistaken or _drift(found, horizons)
@@ -293,7 +293,7 @@ def _beside_the_rest(
     found: _Judged, suspected: Sequence[Suspect], progress: Progress
 ) -> tuple[_Judged, tuple[LateRecord, ...] | None, tuple[LateRecord, ...] | None]:
     """Return the models, with a late cause if one explains the rest of the records; and that rest with and without the cause."""
-    progress("holding the rest of the record against simulations")
+    progress("comparing the rest of the record with simulations")
     late = late_records(found.believed)
     if found.verdict.kind is Kind.AMBIGUOUS or late is None or not departs(late):
         return found, late, None
@@ -328,8 +328,8 @@ def _with_late_cause(
     if not explains_the_rest(late, after):
         return None
     why = (
-        f"{wider.verdict.why}; {added.words} is told by the rest of the record, whose squared departures"
-        f" from simulations sum to {departure_of(after):.1f} with it and to {departure_of(late):.1f} without"
+        f"{wider.verdict.why}; {added.words} is inferred from the rest of the record, whose squared deviations"
+        f" from simulations sum to {departure_of(after):.1f} with this cause and to {departure_of(late):.1f} without"
     )
     return replace(wider, verdict=replace(wider.verdict, why=why)), after
 
@@ -386,10 +386,11 @@ def _ending_remarks(drops: Sequence[MeasuredDrop], horizons: Sequence[float]) ->
         return []
     first = min(drop.seconds for drop in short)
     reached = max(horizon for horizon in horizons if horizon <= first)
-    others = ". Without that the other drops are compared further" if len(short) < len(drops) else ""
+    others = ". Without these records the other drops are compared further" if len(short) < len(drops) else ""
     return [
-        f"{', '.join(drop.name for drop in short)}: {first * 1e3:.0f} ms were recorded after the release: models are compared in"
-        f" the first {reached * 1e3:g} ms instead of {horizons[-1] * 1e3:g} ms, which tell causes apart less well{others}"
+        f"{', '.join(drop.name for drop in short)}: only {first * 1e3:.0f} ms were recorded after the release. Models are"
+        f" compared in the first {reached * 1e3:g} ms instead of {horizons[-1] * 1e3:g} ms, which distinguishes causes less"
+        f" well{others}"
     ]
 
 
@@ -397,14 +398,14 @@ def _remarks(drops: Sequence[MeasuredDrop]) -> list[str]:
     out = []
     if len(drops) == 1:
         out.append(
-            "one drop only: none can be held out, so no gain is proved, and what is in no catalogue may look like causes of it;"
-            " unbalance, bow and runout, which differ by how they change with speed, can hardly be told apart; nothing is made of"
-            " how one drop by itself departs from simulations later on; and intervals are too narrow, since no other drop says"
-            " how far the model's own faults move values. Drop from two more speeds"
+            "one drop only: it cannot be held out, so no gain is proved, and a cause outside the catalogue may look like one in"
+            " it; unbalance, bow and runout can hardly be distinguished, since they differ only in how they change with speed;"
+            " later deviations of a single drop from simulations are not used; and intervals are too narrow, since no other drop"
+            " shows how far errors of the model shift the values. Drop from two more speeds"
         )
     if len(drops) > 1 and of_one_speed(drops):
         out.append(
-            "all drops are from one speed: unbalance, bow and runout can hardly be told apart, nor the laws of windage;"
+            "all drops are from one speed: unbalance, bow and runout can hardly be distinguished, nor can the laws of windage;"
             " drop from another speed too"
         )
     return out

@@ -79,9 +79,9 @@ def drifting_probe(plain: Contender, best: Contender, horizons: Sequence[float])
         return None
     moved = drift.by(np.array([found.horizon]))
     return (
-        f"probe '{drift.probe}' drifts: it reads {float(moved[0]) * 1e6:+.2g} um more {found.horizon * 1e3:g} ms after the"
-        f" release than at it, in all drops; without that the plain model leaves {found.times_noise} times what noise would, and"
-        " no effect of the catalogue does that"
+        f"probe '{drift.probe}' drifts: {found.horizon * 1e3:g} ms after the release it reads {float(moved[0]) * 1e6:+.2g} um"
+        f" more than at the release, in all drops; with the drift removed the misfit of the plain model is {found.times_noise}"
+        " times that of noise alone, and no effect of the catalogue achieves that"
     )
 
 
@@ -107,7 +107,7 @@ def _drifts(fitted: Contender, probes: Sequence[str]) -> list[Drift]:
         for each in np.eye(2):
             rows = _without(problem, Drift(probe, _TRIAL * each, 0.0)).all_residuals(known.point, horizon)
             if rows is None:
-                raise InputError("the model cannot be simulated where it was fitted")
+                raise InputError("the model cannot be simulated at its fitted values")
             changes = [row - before for row, before in zip(rows, known.residuals, strict=True)]
             columns.append(beside.of(changes))
         design = np.column_stack(columns)

@@ -73,9 +73,9 @@ class Evidence:
         """Return the same sentence for other drops (see `shown_with`)."""
         if len(shown) == len(self.plain_left):
             return ""
-        between = "one between" if tuple(shown) == self.shown else "the one that departs most"
+        between = "one between" if tuple(shown) == self.shown else "the one that deviates most"
         names = ", ".join(self.plain_left[k].name for k in shown)
-        return f" Of the {len(self.plain_left)} drops the slowest, {between} and the fastest have room here: {names}."
+        return f" Of the {len(self.plain_left)} drops, the slowest, {between} and the fastest are shown here: {names}."
 
 
 def evidence_of(diagnosis: Diagnosis) -> Evidence:

@@ -38,7 +38,7 @@ class Judge(StrEnum):
 
     READINGS = "readings from the release on"
     ARC = "arc that the journal has turned"
-    REST = "mean place and whirl over the rest of the record"
+    REST = "mean position and whirl over the rest of the record"
 
 
 @dataclass(frozen=True)

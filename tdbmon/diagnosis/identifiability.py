@@ -47,7 +47,7 @@ _LEVITATED_S = 0.1
 _PAST_S = 0.008  # simulated beyond the horizon
 _OFF_CENTRE = 0.1  # of the gap
 _ABSORBED = 1e-8  # share of a change's square below which the rest is rounding
-_METHOD = f"by trials, {DETECTABLE:g} standard deviations of the stated noise"
+_METHOD = f"from trial simulations, at {DETECTABLE:g} standard deviations of the stated noise"
 _LEAST_TRIAL = 0.01  # least second trial, share of the first: less is rounding
 _STEEPEST = 3.0  # greatest power of the size with which a change may grow
 
@@ -119,12 +119,14 @@ class Identifiability:
     def limits(self) -> tuple[str, ...]:
         """Limits of validity of the sizes and pairs, in words."""
         return (
-            "a size is the difference from where the effect is off (a gain from 1); a stiffness, the greatest that shows",
-            "each effect is tried at a small size and again where it should just show, and its change taken with the power of"
-            " the size between them; what a fit does in its place is taken in proportion, and contacts are not linear",
-            "the stated noise and the fit's own allowance for the model's error only: no hum, no drift, no unknown physics",
-            f"to {self.horizon * 1e3:g} ms after the release, from one set-point a tenth of the gap off centre a drop",
-            "one effect at a time; of an unknown angle the least favourable one, of an off-sized ball the one that shows most",
+            "a size is the difference from the value at which the effect is off (for a gain, from 1); for a stiffness it is the"
+            " greatest value that shows",
+            "each effect is simulated at a small size and again where it should just show, and its change interpolated by a power"
+            " of the size; the compensation by fitted values is taken as linear, and contacts are not linear",
+            "only the stated noise and the fit's allowance for model error are included: no hum, no drift, no unknown physics",
+            f"simulated to {self.horizon * 1e3:g} ms after the release, each drop from one set-point, a tenth of the gap off"
+            " centre",
+            "one effect at a time; an unknown angle is the least favourable one, an off-sized ball the one that shows most",
         )
 
 
@@ -435,7 +437,7 @@ def _smallest(size: Declared, share: float, length: float, power: float = 1.0) -
     A trial at a share of the typical size changes the residuals by `length`, which grows with a power of the size.
     """
     if length <= 0:
-        return Estimate.missing(size.unit, "fitted values can do the same: it does not show"), None
+        return Estimate.missing(size.unit, "fitted values can have the same effect: it does not show"), None
     amount, trial = (DETECTABLE / length) ** (1 / power), sized(size, share)
     off, stiff = off_of(size), off_when_stiff(size)
     if stiff:
@@ -448,8 +450,8 @@ def _smallest(size: Declared, share: float, length: float, power: float = 1.0) -
     if value < limit if stiff else value > limit:
         told = about(limit, size.unit)
         why = (
-            f"not to be seen in the first contacts of these drops {'down' if stiff else 'up'} to {told}, as far as the"
-            " trial is believed"
+            f"not detectable in the first contacts of these drops {'down' if stiff else 'up'} to {told}, the furthest"
+            " extrapolation of the trial"
         )
         return Estimate.missing(size.unit, why), limit
-    return Estimate(value, unit=size.unit, method=_METHOD, why="reckoned from trials, without an interval"), None
+    return Estimate(value, unit=size.unit, method=_METHOD, why="computed from trial simulations, without an interval"), None

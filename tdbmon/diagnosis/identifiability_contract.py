@@ -62,7 +62,7 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     ]
     if standing := all_effects(found.machine):
         out.insert(
-            1, f"in the machine already, and not tried at its place: {'; '.join(map(effect_in_words, standing))}"
+            1, f"already in the machine file, and not tried in the same place: {'; '.join(map(effect_in_words, standing))}"
         )
     for each in found.detectable:
         like = ""
@@ -72,7 +72,7 @@ def identifiability_lines(found: Identifiability) -> list[str]:
         line = f"{_text(each.suspect):<{effect}}{each.suspect.where:<{place}}{_size(each):<{size}}{like}"
         out.append(line.rstrip())
     if found.pairs:
-        out.append(f"not to be told apart (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
+        out.append(f"not distinguishable (similarity above {ALIKE:g}, of 1): {len(found.pairs)} pairs")
     for one, other, similar in found.pairs[:_SHOWN]:
         out.append(f"  {similar:.3f}  {_text(one)} at {one.where} - {_text(other)} at {other.where}")
     if len(found.pairs) > _SHOWN:
@@ -81,7 +81,7 @@ def identifiability_lines(found: Identifiability) -> list[str]:
     if any(each.may_show_later for each in found.detectable):
         out.append(
             f"so early: in the first {found.horizon * 1e3:g} ms; such an effect may show in the rest of a record of {LAST_S:g} s,"
-            " in how the rotor slows and whirls, where `diagnose` seeks it too"
+            " in how the rotor slows and whirls, which `diagnose` evaluates too"
         )
     out += [f"limit: {each}" for each in found.limits]
     return out
@@ -97,20 +97,20 @@ def _size(found: Detectable) -> str:
         return f"{named} {'up to' if stiff else 'from'} about {about(found.size.value, found.size.unit)}"
     later = " so early" if found.may_show_later else ""
     if found.unseen is None:
-        return f"{named} not to be seen{later}"
-    return f"{named} not to be seen{later} {'down' if stiff else 'up'} to {about(found.unseen, found.size.unit)}"
+        return f"{named} not detectable{later}"
+    return f"{named} not detectable{later} {'down' if stiff else 'up'} to {about(found.unseen, found.size.unit)}"
 
 
 def _advice(found: Identifiability) -> str:
     now = len(found.pairs)
     if not now:
-        return "none needed to tell these effects apart; drop from one more speed to hold it out"
+        return "none needed to distinguish these effects; drop from one more speed to hold that drop out"
     if not found.next_drops:
         return "none of the speeds tried can be simulated; drop from another set-point"
     speed, left = found.next_drops[0]
     if left >= now:
-        return f"none of the speeds tried parts more pairs; a drop from {speed:g} Hz lowers the sizes that show"
-    return f"from {speed:g} Hz, another set-point: of {now} pairs that are not told apart it leaves {left}"
+        return f"none of the speeds tried separates more pairs; a drop from {speed:g} Hz lowers the detectable sizes"
+    return f"from {speed:g} Hz, with another set-point: of {now} pairs that are not distinguishable {left} remain"
 
 
 def _suspect(suspect: Suspect) -> dict[str, Any]:

@@ -261,19 +261,19 @@ def untold(contender: Contender) -> str:
     incomplete = rest_lacks(contender)
     mute = [drop.name for drop in incomplete if not _turns_told(drop)]
     short = [drop for drop in incomplete if _turns_told(drop)]
-    why = [f"no keyphasor tells how the shaft turns after the release in {', '.join(mute)}"] if mute else []
+    why = [f"no keyphasor shows how the shaft turns after the release in {', '.join(mute)}"] if mute else []
     if short:
         needed = max(horizon + _LEAST_WINDOWS * _window(drop) for drop in short)
         names, hold = ", ".join(drop.name for drop in short), "holds" if len(short) == 1 else "hold"
         why.append(f"{names} {hold} less than {needed * 1e3:.0f} ms after the release")
     if not why:
-        why.append("its probes lack too many samples there, or hardly any of its simulations can be made")
+        why.append("its probes lack too many samples there, or too few of its simulations succeed")
     others = (
-        ". Diagnose the other drops by themselves to have theirs looked at" if 0 < len(incomplete) < len(drops) else ""
+        ". Diagnose the other drops separately to have theirs compared" if 0 < len(incomplete) < len(drops) else ""
     )
     return (
-        f"the rest of the record is not held against simulations, since {' and '.join(why)}: what acts later than"
-        f" {horizon * 1e3:g} ms is neither sought nor excluded{others}"
+        f"the rest of the record is not compared with simulations, since {' and '.join(why)}: causes that act later than"
+        f" {horizon * 1e3:g} ms are neither sought nor excluded{others}"
     )
 
 
@@ -305,16 +305,16 @@ def acts_later(records: Sequence[LateRecord]) -> str | None:
         return None
     found = _whirls_otherwise(records) or _turns_otherwise(records) or _stays_elsewhere(records)
     return (
-        found and f"the rest of the record is not as {len(records[0].whirls)} simulations of each drop have it: {found}"
+        found and f"the rest of the record differs from {len(records[0].whirls)} simulations of each drop: {found}"
     )
 
 
 def _whirls_otherwise(records: Sequence[LateRecord]) -> str | None:
     for sign in (1, -1):
         apart = [(each, sign * each.whirl_departure) for each in records]
-        told = [f"{each.whirl_times:.2g} times as far in {each.name}" for each in _departing(apart)]
+        told = [f"{each.whirl_times:.2g} times as simulated in {each.name}" for each in _departing(apart)]
         if told:
-            return f"the shaft whirls once a revolution {', '.join(told)}"
+            return f"the 1X whirl is {', '.join(told)}"
     return None
 
 

@@ -48,8 +48,8 @@ def moved_mark(drops: Sequence[MeasuredDrop]) -> str | None:
         return None
     by = ", ".join(f"{math.degrees(turn):+.0f} deg in {drop.name}" for turn, drop in zip(turns, drops[1:], strict=True))
     return (
-        f"the keyphasor's mark has moved between the drops: twice a revolution all probes see the surface that they see in"
-        f" {drops[0].name}, turned by {by} (or half a turn more). Nothing that depends on the shaft's angle can be told"
+        f"the keyphasor's mark has moved between the drops: at 2X all probes see the same surface as in"
+        f" {drops[0].name}, turned by {by} (or half a turn more). Nothing that depends on the shaft's angle can be determined"
     )
 
 

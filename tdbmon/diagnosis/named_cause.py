@@ -9,7 +9,7 @@ from tdbmon.diagnosis.diagnose import Diagnosis
 from tdbmon.diagnosis.suspects import Suspect
 from tdbmon.estimate import Estimate
 
-_NOT_FITTED = "not fitted as far: it looks like another cause that is named"
+_NOT_FITTED = "not fitted: it looks like another cause that is named"
 
 
 @dataclass(frozen=True)

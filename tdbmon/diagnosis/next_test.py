@@ -13,17 +13,19 @@ from tdbmon.quantity import decapitalised
 
 # for wrong cables or machine file, and for a mark that moved
 PUT_RIGHT = "none: put that right, and diagnose the same drops again"
-ONE_MARK = "the same drops again with the mark where it stays, or those alone that have it in one place"
+ONE_MARK = "the same drops again with a mark that does not move, or only those drops that have it in one place"
 DRIFT = (
-    "the same drops with another probe, cable and driver in that place: a drift that stays is one of the surface that it looks"
-    " at, or of the machine"
+    "the same drops with another probe, cable and driver in that place: a drift that stays comes from the shaft surface there"
+    " or from the machine"
 )
 APART = (
-    "none yet: diagnose both sets of drops apart, each with the file of its machine; or, if it is one machine that has changed,"
-    " the later ones with the earlier ones as --reference"
+    "none yet: diagnose both sets of drops separately, each with the file of its machine; or, if it is one machine that has"
+    " changed, the later ones with the earlier ones as --reference"
 )
-CHANGED = "none needed to tell it: look at what has changed, or state it in the machine file if it was meant"
-DRIVE_OFF = "the same drops with the drive cut off from the machine before the release, so that nothing but drag slows the rotor"
+CHANGED = "none needed: inspect what has changed, or state it in the machine file if the change was intended"
+DRIVE_OFF = (
+    "the same drops with the drive disconnected from the machine before the release, so that only drag slows the rotor"
+)
 _ALIKE = 1.1  # ratio of the greatest to the least speed below which all drops count as from one speed
 
 
@@ -56,16 +58,16 @@ def next_test(
         exact = stated_exactly(contenders[0].problem.model.machine)
         first = "; ".join(
             [
-                *([f"put right what the checks of {', '.join(faulty)} say"] if faulty else []),
-                *([f"give {'; '.join(exact)} in the machine file the tolerance to which it is known"] if exact else []),
+                *([f"correct what the checks of {', '.join(faulty)} report"] if faulty else []),
+                *([f"state in the machine file a tolerance for {'; '.join(exact)}"] if exact else []),
             ]
         )
         first = f"{first}, and diagnose the same drops again; if it stays, " if first else ""
         if driven:
             return f"{first if exact else ''}{DRIVE_OFF}"
         return (
-            f"{first}two drops from the same speed and set-point: what repeats is the machine's, what does not came from outside;"
-            " and record acceleration of the foundation with them"
+            f"{first}two drops from the same speed and set-point: what repeats comes from the machine, what does not from"
+            " outside; record the acceleration of the foundation too"
         )
     if verdict.alike:
         ends = sorted({cause.where for cause in verdict.alike[0].causes if cause.fits_much})
@@ -83,8 +85,8 @@ def next_test(
                     f"at {place_in_words(cause.where)}, {decapitalised(cause.declared.on_the_machine).removesuffix('.')}"
                     for cause in causes
                 ),
-                f"a drop after that, from {between} {speeds[-1]:.0f} Hz, should land on what is simulated beforehand: with"
-                " the machine file as it is if the cause is gone, else with the extended one",
+                f"a drop after that, from {between} {speeds[-1]:.0f} Hz, should agree with a simulation made beforehand,"
+                " with the machine file as it is if the cause is gone, otherwise with the extended one",
             ]
         )
     kinds = {cause.declared.acts_on_sensors for cause in causes}
@@ -92,23 +94,23 @@ def next_test(
         probes = sorted({cause.where for cause in causes if cause.declared.acts_on_sensors})
         return (
             f"check {', '.join(probes)} at standstill: move the rotor through the clearance with the magnetic bearings and"
-            " compare the probes; it parts faults of sensors from those of the machine"
+            " compare the probes; this separates faults of sensors from those of the machine"
         )
     if kinds == {True}:
         return (
             "at standstill, disconnect the other probe of the end, and move the rotor with the magnetic bearings along each"
-            " probe in turn: what leaks between channels goes with the other probe, an angle or a gain stays"
+            " probe in turn: crosstalk disappears with the other probe, an error of angle or gain stays"
         )
     return (
         "one more drop from another set-point, half the gap to the side: direction and place of the first contact change,"
-        " which parts what looks alike when falling straight down"
+        " which separates causes that look alike in a straight fall"
     )
 
 
 def _rest_asked_for(unseen: Sequence[MeasuredDrop], drops: Sequence[MeasuredDrop]) -> str:
     """Return the advice where the rest of the records was not looked at, since some of the drops do not tell theirs."""
     how = "with a keyphasor, recorded for half a second after the release"
-    far = "the model follows these as far as they were compared, but what acts later was not looked at"
+    far = "the model follows these as far as they were compared, but later causes were not looked for"
     if len(unseen) == len(drops):
         return f"the same drops {how}: {far}"
     speeds, names = " and ".join(f"{drop.speed:.0f} Hz" for drop in unseen), ", ".join(drop.name for drop in unseen)

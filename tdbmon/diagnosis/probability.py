@@ -68,11 +68,11 @@ def little_gained(proof: HeldOut | None) -> str | None:
     if proof.gain is None:
         little, told = (
             proof.clear_in_each or proof.judge is Judge.REST,
-            "it shows in all that is known of the drops held out, not to be seen in readings",
+            "it shows in all data of the held-out drops together, but not in the readings",
         )
     else:
-        little, told = proof.gain < GAINED, f"the gain on the drop held out is below {GAINED:g}"
-    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to what is not listed, since {told}" if little else None
+        little, told = proof.gain < GAINED, f"the gain on the held-out drop is below {GAINED:g}"
+    return f"{100 * WRONG_OF_LITTLE:.0f} % are left to causes that are not listed, since {told}" if little else None
 
 
 def wrong_by(proof: HeldOut | None) -> float:

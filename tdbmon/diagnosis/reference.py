@@ -119,7 +119,7 @@ def diagnose_since(
         laid = assign(record, machine)
         if any(same_samples(laid, each) for each in earlier):
             raise InputError(
-                f"{record.attrs.get('source_file', 'record')} is given as reference and as record; a drop is one of both"
+                f"{record.attrs.get('source_file', 'record')} is given as reference and as record; give each drop once"
             )
     before = diagnose(machine, reference, lambda step: progress(f"reference: {step}"), workers)
     later = with_effects(machine, standing(before))
@@ -169,13 +169,13 @@ def compared(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapp
     lost = {which: each for which, each in lost.items() if not follows(each)}
     if lost:
         left = " and ".join(
-            f"{each.plain.times_noise} times what noise would in the {which} drops" for which, each in lost.items()
+            f"{each.plain.times_noise} times that of noise alone in the {which} drops" for which, each in lost.items()
         )
         other = "other values" if jumps else "values of the machine"
-        why = f"{other}: the model leaves {left}, and a fit that does not follow drops tells nothing of its values"
+        why = f"{other}: the misfit is {left}, and a fit that does not follow the drops does not determine values"
         return Reference(before, jumps, remarks, why, compares=False)
     if not machine_parameters(machine):
-        why = "values of the machine: its file gives none a tolerance, so that none was fitted; state how well they are known"
+        why = "values of the machine: its file states no tolerances, so none was fitted; state how well they are known"
         return Reference(before, jumps, remarks, why, compares=False)
     fits = machine, before.values, since.values
     told = (*jumps, *(each for each in changes(*fits) if each.name not in wanted))
@@ -217,7 +217,7 @@ def _remarks(before: Diagnosis) -> tuple[str, ...]:
         if f.of_each_drop
     ]
     return tuple(_left_open(verdict)) + tuple(
-        f"{name} is in the reference drops already, {otherwise}: if it is named again, it is no news"
+        f"{name} is already in the reference drops, {otherwise}: if it is named again, it is not new"
         for name, otherwise in turning
     )
 
@@ -230,8 +230,8 @@ def _left_open(verdict: Verdict) -> Iterator[str]:
         others.append("nothing at all")
     if others:
         yield (
-            f"the reference drops leave open whether they show {first}, which counts for the model of the later drops, or"
-            f" {' or '.join(others)}: a cause that is named beside it may be no news"
+            f"the reference drops leave open whether they show {first}, which the model of the later drops includes, or"
+            f" {' or '.join(others)}: a cause that is named in addition may not be new"
         )
 
 
@@ -252,9 +252,9 @@ def smaller(machine: Machine, before: Values, since: Values, changed: Collection
     """Return remarks on values that differ by more than their intervals but less than the least change, `changed` left out."""
     return tuple(
         f"{change.name} differs too, {words(change.before)} before and {words(change.since)} since, by"
-        f" {short(Estimate(size, unit=change.before.unit))}: no change is told below"
-        f" {short(Estimate(least, unit=change.before.unit))}, which its tolerance in the machine file sets, since intervals of"
-        " fits are too narrow; state a narrower tolerance if the value is known better"
+        f" {short(Estimate(size, unit=change.before.unit))}: no change is reported below"
+        f" {short(Estimate(least, unit=change.before.unit))}, a limit set by its tolerance in the machine file, since intervals"
+        " of fits are too narrow; state a narrower tolerance if the value is known better"
         for change, size, least in _moved(machine, before, since)
         if _SMALLEST * least < size <= least and change.name not in changed
     )
@@ -286,8 +286,8 @@ def _compensated(name: str, before: Values, since: Values) -> bool:
 
 def _jumps(machine: Machine, before: Diagnosis, since: Diagnosis, wanted: Mapping[str, float]) -> Iterator[Change]:
     for own in (each for each in entries(machine) if each.name in wanted):
-        stated = Estimate(own.nominal, unit=own.unit, why="as stated without tolerance, which the reference drops fit")
-        found = Estimate(wanted[own.name], unit=own.unit, why="no interval: as the first contacts tell it")
+        stated = Estimate(own.nominal, unit=own.unit, why="stated without tolerance; the reference drops fit it")
+        found = Estimate(wanted[own.name], unit=own.unit, why="no interval: estimated from the first contacts")
         fitted = since.values if follows(since) else {}
         yield Change(own.name, before.values.get(own.name, stated), fitted.get(own.name, found))
 
@@ -303,8 +303,8 @@ def _edges(machine: Machine, before: Values, since: Values, changed: Collection[
     if not found:
         return ""
     return (
-        f"{', '.join(found)}: there the fit ran to the edge of the tolerance in the machine file; a wider one would tell whether"
-        " it has changed"
+        f"{', '.join(found)}: the fit reached the limit of the tolerance in the machine file; a wider tolerance would show"
+        " whether the value has changed"
     )
 
 

@@ -203,7 +203,7 @@ class Search:
 
     def _from_several_starts(self, plain: Contender) -> Contender:
         """Return the plain model, or the same followed from the fall on from several starts, whichever leaves less."""
-        self.progress("following the plain model from several starts")
+        self.progress("fitting the plain model from several starts")
         horizons = [h for h in self.horizons if h <= plain.horizon]
         try:
             _, passed = followed(plain.problem, horizons, silent, may_widen=False)

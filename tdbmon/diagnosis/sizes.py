@@ -22,8 +22,8 @@ _RULE = "least squares of simulated against measured drops"
 # relative standard deviation of a size due to inexact laws and drawings. Of 35 sizes in cases of another program, 28 intervals
 # held the truth without it, 32 with it
 _LAW = 0.005
-_BEYOND = "at the end of what the catalogue allows; the truth may lie beyond"
-_UNTOLD = "the drops do not tell it: other values of the catalogue's range do as well"
+_BEYOND = "at the limit of the catalogue's range; the true value may lie beyond"
+_UNTOLD = "the drops do not determine it: other values of the catalogue's range fit as well"
 
 
 @dataclass(frozen=True)

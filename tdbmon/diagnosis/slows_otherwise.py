@@ -82,28 +82,28 @@ def _why_so(factor: float, slowings: Sequence[Slowing], contender: Contender) ->
     rotor = f"The rotor's polar inertia ({inertia:.4g} kg m^2 by the machine file)"
     told = polar_inertia(contender) if contender.ratio < HARDLY * contender.floor else None
     if told is None or told.sigma > _TELLS:
-        rotor = f"{rotor} may be another than in the file, which these drops do not tell"
+        rotor = f"{rotor} may be wrong; these drops do not determine it"
     elif abs(told.factor - 1) < max(_AS_TURNED, _CERTAINLY * told.sigma):
         off = 100 * (abs(told.factor - 1) + 2 * told.sigma)
-        rotor = f"{rotor} does not either: the shaft's gyroscopic motion confirms it to {off:.1g} %"
+        rotor = f"{rotor} does not explain it either: the shaft's gyroscopic motion confirms it to {off:.1g} %"
     else:
-        rotor = f"{rotor} is another: the shaft's gyroscopic motion wants {told.factor:.2f} times as much"
+        rotor = f"{rotor} is wrong: the shaft's gyroscopic motion requires {told.factor:.2f} times as much"
         if abs(told.factor * factor - 1) < _PLAINLY:
             return f"{rotor}, which explains it"
     slip = _while_rings_slip(slowings, contender.problem.model.machine)
     if slip is None:
-        return f"{rotor}. The inertia of the inner rings or friction at small loads may be another than in the file"
+        return f"{rotor}. The inertia of the inner rings or friction at small loads may differ from the file"
     early, sigma = slip
     if abs(early - factor) < max(_PLAINLY, _CERTAINLY * sigma):
-        beside = ". Something may rub beside the journals, or farther out, such as a shoulder on a ring's face"
+        beside = ". Something else than the journals may rub, or at a larger radius, such as a shoulder on a ring's face"
         return (
-            f"{rotor}. Inertia and drag of the inner rings do not explain it: it is {early:.2f} times already while the rings"
+            f"{rotor}. Inertia and drag of the inner rings do not explain it: it is already {early:.2f} times while the rings"
             f" slip, when friction alone slows the shaft{beside if factor > 1 else ''}"
         )
     much = "more" if factor > early else "less"
     return (
-        f"{rotor}. While the inner rings slip it is {early:.2f} times, so that they take {much} to be turned than in the file:"
-        " their inertia, with that of balls and cage, or their drag"
+        f"{rotor}. While the inner rings slip it is {early:.2f} times, so the rings need {much} torque to turn than by the file:"
+        " check their inertia, with that of balls and cage, or their drag"
     )
 
 
@@ -168,19 +168,19 @@ def torque_in_words(torques: NDArray[np.float64], machine: Machine) -> str:
     size = f"{low:.2g} to {high:.2g} N m" if f"{low:.2g}" != f"{high:.2g}" else f"{high:.2g} N m"
     if _is_drag(torques, machine):
         said = (
-            f"falls back as by a torque of {size}, and the machine file states no speed_decay_time, so the model has no drag:"
+            f"lags as if slowed by a torque of {size}, and the machine file states no speed_decay_time, so the model has no drag:"
             " state it."
         )
     elif torques[0] < 0:
-        said = f"runs ahead as by a torque of {size}: does the drive stay on?"
+        said = f"runs ahead as if driven by a torque of {size}: does the drive stay on?"
     else:
         most, friction = most_friction(machine, build_rotor(machine))
         asked = (
-            f"more than contacts rub with ({most:.2g} N m at a friction of {friction:g}): does the drive brake?"
+            f"more than friction in the contacts gives ({most:.2g} N m at a friction of {friction:g}): does the drive brake?"
             if high > most
-            else "beside drag and contacts: does the drive brake, or are the rings hard to turn?"
+            else "in addition to drag and contacts: does the drive brake, or are the rings hard to turn?"
         )
-        said = f"falls back as by an extra torque of {size}, {asked}"
+        said = f"lags as if slowed by an extra torque of {size}, {asked}"
     return f"from the release on the shaft {said} The verdict does not rest on it"
 
 

@@ -24,7 +24,7 @@ def standing_in_all_drops(machine: Machine) -> tuple[Machine, tuple[str, ...]]:
             continue
         remarks.append(
             f"{setting.name} at {place_in_words(setting.where)} is in the machine file at the angle of one drop, which differs"
-            " from drop to drop: it is left out of the model and sought anew, and if it is named again, that is no news"
+            " from drop to drop: it is left out of the model and sought again; if it is named again, it is not new"
         )
     return machine.model_copy(update={"effects": tuple(kept)}) if remarks else machine, tuple(remarks)
 

@@ -16,7 +16,7 @@ def stated_exactly(machine: Machine) -> list[str]:
         if getattr(bearing, field).is_exact
     ]
     if not machine.rotor.unbalance:
-        found.append("unbalance, of which no plane is stated")
+        found.append("unbalance (no plane is stated)")
     return found
 
 
@@ -26,6 +26,6 @@ def exact_remarks(machine: Machine) -> tuple[str, ...]:
     if not stated:
         return ()
     return (
-        f"the machine file gives no tolerance to {'; '.join(stated)}: no fit makes up for what is off in what it states of them,"
-        " and a cause may seem to",
+        f"the machine file states no tolerance for {'; '.join(stated)}: the fit cannot correct an error in these values,"
+        " and a cause may seem to explain it",
     )

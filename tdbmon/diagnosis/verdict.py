@@ -147,12 +147,12 @@ class _Case:
 def _nothing_is_missing(case: _Case) -> Verdict | None:
     if case.best.causes or not case.plain_explains:
         return None
-    why = f"the plain model leaves {case.best.times_noise} times what noise would"
+    why = f"the misfit of the plain model is {case.best.times_noise} times that of noise alone"
     rival = next((each for each in case.contenders if each.causes), None)
     if rival is not None and has_stated_values(case.best.problem) and not has_stated_values(rival.problem):
         why += (
-            " if values may move that the machine file states without tolerance; without that"
-            f" {rival.words} leaves {rival.times_noise} times"
+            " if values that the machine file states without tolerance are fitted too; if not, the misfit with"
+            f" {rival.words} is {rival.times_noise} times that"
         )
     return case.nobody(Kind.NONE, why)
 
@@ -161,18 +161,18 @@ def _too_much_is_left(case: _Case) -> Verdict | None:
     best = case.best
     if explains(best, case.plain):
         return None
-    left = f"{best.ratio:.1f} times what noise would in the first {best.horizon * 1e3:g} ms"
+    left = f"{best.ratio:.1f} times that of noise alone in the first {best.horizon * 1e3:g} ms"
     model = f"the model with {best.words}" if best.causes else "the plain model"
     followed = best.problem.stages.followed
     late = f", most of it later than {followed * 1e3:g} ms" if best.horizon > followed else ""
-    return case.nobody(Kind.UNKNOWN, f"the best, {model}, still leaves {left}{late}")
+    return case.nobody(Kind.UNKNOWN, f"the misfit of the best, {model}, is still {left}{late}")
 
 
 def _most_of_little_is_left(case: _Case) -> Verdict | None:
     best = case.best
     if not (case.plain_explains and best.fails and best.excess > _MOST * case.plain.excess):
         return None
-    why = f"{best.words} fits better, but leaves most of the little that the plain model leaves beyond noise"
+    why = f"{best.words} fits better, but most of the plain model's small excess over noise remains"
     return case.nobody(Kind.NONE, why)
 
 
@@ -180,8 +180,8 @@ def _not_proved(case: _Case) -> Verdict | None:
     best, proof = case.best, case.proof
     if proof is None or proved(case.plain, best, proof):
         return None
-    gains = "too little" if proof.holds else "nothing"
-    why = f"{best.words} fits better, but on {proof.named}, it gains {gains}"
+    gain = "too small" if proof.holds else "none"
+    why = f"{best.words} fits better, but the gain on {proof.named}, is {gain}"
     if case.plain_explains:
         return case.nobody(Kind.NONE, why)
     return outside(case.nobody(Kind.UNKNOWN, why), why)
@@ -209,8 +209,8 @@ def _one_of_a_kind(case: _Case) -> Verdict | None:
         for p, each in zip(case.probabilities, case.contenders, strict=True)
     )
     why = (
-        f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; so far"
-        " waves, lobes and a ball look alike"
+        f"{best.words} explains the first {best.horizon * 1e3:g} ms, but not the first {best.failed_s * 1e3:g} ms; in so short"
+        " a time waves, lobes and a ball look alike"
     )
     return Verdict(Kind.AMBIGUOUS, accused, probabilities, why, alike)
 
@@ -220,7 +220,7 @@ def _looks_like_chance(case: _Case) -> Verdict | None:
     best, proof = case.best, case.proof
     if proof is None or case.plain.fails or not best.in_contacts or proof.shown:
         return None
-    why = f"the plain model leaves noise alone; {best.words} fits a little better, too little to be proved on {proof.drop}"
+    why = f"the plain model leaves only noise; {best.words} fits slightly better, too little to be proved on {proof.drop}"
     return case.nobody(Kind.NONE, why)
 
 
@@ -244,7 +244,7 @@ def _accused(case: _Case) -> Verdict:
     if len({each.effects for each in accused}) == 1:
         kind = Kind.NAMED
         why = (
-            f"{best.words} leaves {best.times_noise} times what noise would, the plain model"
+            f"the misfit with {best.words} is {best.times_noise} times that of noise alone, that of the plain model"
             f" {case.plain.times_noise} times"
         )
     else:
@@ -300,7 +300,7 @@ def doubted(
         return judged
     for cause in named.causes:
         if not clear_of_nothing(cause, sizes[cause.name]):
-            why = f"{cause.words} fits better, but its size may as well be none"
+            why = f"{cause.words} fits better, but its size cannot be distinguished from no effect"
             return Verdict(Kind.NONE, (), judged.probabilities, why)
     return judged
 
@@ -318,8 +318,8 @@ def strained(judged: Verdict) -> Verdict:
         return judged
     return outside(
         judged,
-        f"{named.words} would explain the drops, but only with {len(limits)} values that the machine file states as far off as"
-        f" they may be ({', '.join(limits)}): the model is bent to what it lacks, or the file is wrong",
+        f"{named.words} would explain the drops, but only with {len(limits)} values of the machine file at their limits"
+        f" ({', '.join(limits)}): they compensate for something that the model lacks, or the file is wrong",
     )
 
 

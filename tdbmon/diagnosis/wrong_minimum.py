@@ -114,7 +114,7 @@ class WaysOut:
         for cause in best.causes:
             others = [each for each in self.search.suspects if alike_but_for_the_law(each, cause)]
             if cause.in_contacts and others and self.untried(Way.LAWS, cause.name, best.name):
-                self.search.progress(f"fitting {cause.words} by other laws")
+                self.search.progress(f"fitting {cause.words} with other laws")
                 best = by_one_alike(self.search.fallen, best, cause, others, self.search.horizons)
         return best
 

@@ -94,7 +94,7 @@ def fit_drops(
         problem = build_problem(machine, drops, crew)
         check_start(problem, usable[0])
         problem = with_divergence(problem)
-        progress("looking for what the machine file may have wrong")
+        progress("looking for errors in the machine file")
         mistaken = machine_doubt(problem)
         problem = replace(problem, to_the_bottom=True)
         asked, usable = usable, followable(problem, usable)
@@ -117,11 +117,11 @@ def fit_drops(
     if mistaken is not None:
         remarks.append(f"values, forces and stresses are not to be trusted: {mistaken.why}")
     elif misfit > LACKS:
-        checks = "see first to what the records' checks found; " if any(drop.faults for drop in drops) else ""
+        checks = "first correct what the records' checks found; " if any(drop.faults for drop in drops) else ""
         remarks.append(
-            f"the model leaves {misfit:.2f} times the noise of the first contacts: it lacks something, and its values, forces and"
-            f" stresses may be off by more than their intervals; {checks}`tdbmon diagnose` seeks what is missing, best from"
-            " several drops"
+            f"the residual of the first contacts is {misfit:.2f} times the noise: the model lacks something, and its values,"
+            f" forces and stresses may be wrong by more than their intervals; {checks}`tdbmon diagnose` looks for what is"
+            " missing, best with several drops"
         )
     return Calibration(
         machine=machine,
@@ -147,16 +147,16 @@ def standing_remarks(problem: Problem) -> tuple[str, ...]:
     if not problem.standing:
         return ()
     acting = "; ".join(map(effect_in_words, problem.standing))
-    return (f"in the model act the effects of the machine file: {acting}; values, forces and stresses hold with them",)
+    return (f"the model includes the effects of the machine file: {acting}; values, forces and stresses are valid with them",)
 
 
 def _scales_right(drops: Sequence[MeasuredDrop], remarks: Sequence[str], misfit: float) -> list[str]:
     """Return the remarks; where the model follows the drops to within noise, doubts about scales give way to a confirmation."""
     doubts = {doubt for drop in drops for doubt in drop.scale_doubts}
     return [remark for remark in remarks if remark not in doubts] + [
-        f"{drop.name}: what the free fall says against the scales of times and probes (see free fall, probe scales) does not"
-        f" hold: with the scales as they are the model leaves {misfit:.2f} times the noise of fall and first contacts; once per"
-        " revolution and bending make the fall look so"
+        f"{drop.name}: the doubts of the free fall about the scales of times and probes (see free fall, probe scales) do not"
+        f" hold: with the scales as they are the residual of fall and first contacts is {misfit:.2f} times the noise; 1X motion"
+        " and bending explain how the fall looks"
         for drop in drops
         if drop.scale_doubts
     ]

@@ -166,15 +166,15 @@ class Calibration:
     def no_forces(self, drop: int) -> str:
         """Return the reason why the forces of a drop are withheld; empty where they are not."""
         if self.mistaken:
-            return "the drops contradict the machine file, as the fit's remarks say: forces would be those of another machine"
+            return "the drops contradict the machine file (see the fit's remarks): forces would be those of another machine"
         left = self.drops[drop].residual_to(self.trusted)
         gap = min(each.radial_gap.nominal for each in self.machine.touchdown_bearings)
         if left.whole <= PARTED * gap:
             return ""
         return (
             f"in the first {left.horizon * 1e3:.3g} ms the fitted model is off by {um(left.whole)} rms,"
-            f" {percent(left.whole / gap)} of the gap: beyond {percent(PARTED)} it is another path than the shaft's, with other"
-            " blows"
+            f" {percent(left.whole / gap)} of the gap: beyond {percent(PARTED)} its path is not that of the shaft and has other"
+            " impacts"
         )
 
     @property

@@ -223,7 +223,7 @@ def _with_forces(calibration: Calibration, forces: tuple[DropForces, ...]) -> li
 
 def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     """Return the forces and stresses of a drop as lines of text."""
-    lines = [f"fitted model: {calibration.misfit:.2f} times the noise is left of the first contacts"]
+    lines = [f"fitted model: residual of the first contacts {calibration.misfit:.2f} times the noise"]
     if forces.withheld:
         lines.append(f"forces and stresses: not estimated ({forces.withheld})")
     for name, end in () if forces.withheld else forces.ends.items():
@@ -236,5 +236,5 @@ def force_lines(calibration: Calibration, forces: DropForces) -> list[str]:
     if calibration.at_bound:
         # without intervals, which do not hold for values at a bound
         told = ", ".join(f"{name} {plain(short(calibration.values[name]))}" for name in calibration.at_bound)
-        lines.append(f"  gone as far as they may, so that the truth may lie beyond: {told}")
+        lines.append(f"  at the limit of their range, so the true value may lie beyond: {told}")
     return lines + [f"  remark: {remark}" for remark in calibration.remarks]

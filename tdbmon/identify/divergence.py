@@ -53,12 +53,12 @@ def parting_remarks(problem: Problem, asked: Sequence[float], followed: Sequence
     if followed[-1] == asked[-1]:
         return ()
     rate = max(drop.divergence for drop in problem.drops)
-    part = f"neighbouring paths of this machine part e-fold every {1e3 / rate:.0f} ms"
+    part = f"neighbouring paths of this machine diverge by a factor of e every {1e3 / rate:.0f} ms"
     if rate > USUAL_DIVERGENCE:
         part += f" (usually {1e3 / USUAL_DIVERGENCE:.0f} ms)"
     return (
-        f"{part}; by {asked[len(followed)] * 1e3:g} ms the error of a path, which grows so, is"
-        f" {100 * _DECIDING:g} % of the smallest gap ({_least_gap(problem) * 1e6:.0f} um), and decides what touches next: the"
+        f"{part}; by {asked[len(followed)] * 1e3:g} ms the error of a path has grown to"
+        f" {100 * _DECIDING:g} % of the smallest gap ({_least_gap(problem) * 1e6:.0f} um) and decides what touches next: the"
         f" drops are fitted to {followed[-1] * 1e3:g} ms after the release instead of {asked[-1] * 1e3:g} ms",
     )
 

@@ -287,7 +287,7 @@ def _known_release(found: Release | None, name: str) -> tuple[Release, float]:
     """Return a release and its instant, s; raise InputError where it is unknown."""
     if found is None:
         raise InputError(
-            f"{name}: the record starts after the release, or less than 5 ms before it: nothing tells how the fall began."
+            f"{name}: the record starts after the release, or less than 5 ms before it: the start of the fall is unknown."
             " Record 50 ms of levitation or more"
         )
     if found.time.value is None:
@@ -302,12 +302,12 @@ def _probe_remarks(
     said = [
         f"calibrated without probe '{p.name}'"
         + (f", which {unused[p.name].why}" if p.name in unused else "")  # checks have no table here
-        + (f", of which {lost[p.name]} samples are missing or cut off" if lost.get(p.name) else "")
+        + (f", since {lost[p.name]} of its samples are missing or cut off" if lost.get(p.name) else "")
         for p in machine.probes
         if p not in probes
     ]
     if partly := [f"{lost[p.name]} of '{p.name}'" for p in probes if lost[p.name]]:
-        said.append(f"samples are missing or cut off and take no part in the fit: {', '.join(partly)}")
+        said.append(f"samples that are missing or cut off are not used in the fit: {', '.join(partly)}")
     return said
 
 
@@ -318,7 +318,7 @@ def _speed_scale_remarks(turning: Turning) -> list[str]:
         return []
     return [
         f"speed: before the release it reads {100 * abs(off):.2g} % {'more' if off > 0 else 'less'} than the keyphasor counts"
-        f" ({abs(turning.omega) / (2 * math.pi):.1f} Hz at the release), which is taken for right: correct its sensitivity"
+        f" ({abs(turning.omega) / (2 * math.pi):.1f} Hz at the release), which is trusted: correct the speed's sensitivity"
     ]
 
 
@@ -364,7 +364,7 @@ def _require_three(probes: Sequence[Probe], lost: Mapping[str, int], name: str) 
     """Return probes; raise InputError where they are too few."""
     if len(probes) < 3:
         raise InputError(
-            f"{name}: {len(probes)} usable probes; a drop can be calibrated with at least three: check the channels"
+            f"{name}: {len(probes)} usable probes; a calibration needs at least three: check the channels"
             + "".join(f"; {n} samples of '{each}' are missing or cut off" for each, n in lost.items() if n)
         )
     return tuple(probes)
@@ -415,8 +415,8 @@ def _check_unbroken(time: Array, after_hole: NDArray[np.bool_], release: float, 
     if followed.any():
         at = int(np.flatnonzero(followed)[0])
         raise InputError(
-            f"{name}: {said((float(time[at - 1]), float(time[at])))}, and the shaft is released at {release:.5f} s: from"
-            f" {LEAD_S * 1e3:g} ms before to {least * 1e3:g} ms after that every sample is needed; record without pauses"
+            f"{name}: {said((float(time[at - 1]), float(time[at])))}, and the shaft is released at {release:.5f} s: every"
+            f" sample from {LEAD_S * 1e3:g} ms before to {least * 1e3:g} ms after that is needed; record without pauses"
         )
 
 
@@ -441,5 +441,5 @@ def _check_touch(planes: xr.Dataset, machine: Machine, release: float, name: str
         if never_touches(complex(*start), reach, bearing, _TOUCHED):
             raise InputError(
                 f"{name}: end '{bearing.name}' moves by no more than {reach * 1e6:.4g} um and never reaches the touchdown"
-                f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): no contact, nothing to calibrate from"
+                f" bearing (gap {bearing.radial_gap.nominal * 1e6:g} um): there is no contact to calibrate from"
             )

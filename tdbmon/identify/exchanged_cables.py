@@ -68,10 +68,10 @@ def exchanged_cables(problem: Problem, plain: Mapping[float, Fit]) -> str | None
     ratio, best = left[0]
     if ratio * _CLEARLY > as_recorded.ratio:
         return None
-    words = " or, as well, ".join(each.words for other, each in left if other < _ALIKE * ratio)
+    words = " or, as good, ".join(each.words for other, each in left if other < _ALIKE * ratio)
     return (
-        f"the plain model leaves {as_recorded.ratio:.3g} times what noise would in the first {STAGES.touched * 1e3:g}"
-        f" ms{of_which(problem)}, and"
+        f"the misfit of the plain model is {as_recorded.ratio:.3g} times that of noise alone in the first"
+        f" {STAGES.touched * 1e3:g} ms{of_which(problem)}, and"
         f" {ratio:.2g} times with {words}: {best.question}"
     )
 

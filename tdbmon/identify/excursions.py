@@ -48,8 +48,8 @@ def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
         if farthest > before + _FARTHER * machine.bearing(end).radial_gap.nominal:
             at = float(since[since > SECONDS][np.nanargmax(later)])
             remarks.append(
-                f"{measured.name}: {end}: {at:.3g} s after the release the shaft is {um(farthest)} from the probes' zero,"
-                f" within the {SECONDS:g} s that are simulated {um(before)} at most: forces and stresses are those of these"
+                f"{measured.name}: {end}: {at:.3g} s after the release the shaft is {um(farthest)} from the probes' zero, but"
+                f" at most {um(before)} within the {SECONDS:g} s that are simulated: forces and stresses are those of these"
                 f" {SECONDS:g} s, and may be far greater later (see whirl)"
             )
             continue
@@ -59,9 +59,9 @@ def later_remarks(measured: MeasuredDrop, machine: Machine) -> tuple[str, ...]:
             at, fastest = float(since[since > SECONDS][np.nanargmax(later)]), float(np.nanmax(later))
             remarks.append(
                 f"{measured.name}: {end}: the shaft has not settled {SECONDS:g} s after the release: after {at:.3g} s it still"
-                f" flies outwards with {fastest * 1e3:.0f} mm/s, within the {SECONDS:g} s that are simulated with"
-                f" {float(np.nanmax(within)) * 1e3:.0f} mm/s at most: forces and stresses are those of these {SECONDS:g} s, and"
-                " later blows may be harder"
+                f" moves outwards at {fastest * 1e3:.0f} mm/s, but at most at {float(np.nanmax(within)) * 1e3:.0f} mm/s within"
+                f" the {SECONDS:g} s that are simulated: forces and stresses are those of these {SECONDS:g} s, and"
+                " later impacts may be harder"
             )
     return tuple(remarks)
 
@@ -107,13 +107,13 @@ def astray_remarks(calibration: Calibration, drop: int, told: DropForces) -> tup
             continue
         like = found.peaks[np.abs(found.farthest - reached) < near] / 1e3
         press = (
-            f"the {len(like)} of {len(found.peaks)} that go as far press with {like.min():.2g} to {like.max():.2g} kN at most"
+            f"the {len(like)} of {len(found.peaks)} that move as far have peak forces of {like.min():.2g} to {like.max():.2g} kN"
             if like.size
-            else "none goes as far: the forces may be other than any of theirs"
+            else "none moves as far: the forces may differ from all of theirs"
         )
         remarks.append(
-            f"{measured.name}: {bearing.name}: within {told.seconds:g} s of the release the shaft goes out to {um(reached)}"
-            f" ({float(since[span][np.nanargmax(out)]):.3g} s), in most of the simulations drawn to {um(usual)}: the likeliest"
-            f" force, stress and speed of the ring that are told are not those of this drop; {press}"
+            f"{measured.name}: {bearing.name}: within {told.seconds:g} s of the release the shaft moves out to {um(reached)}"
+            f" (at {float(since[span][np.nanargmax(out)]):.3g} s), in most of the simulations drawn to {um(usual)}: the medians"
+            f" given for force, stress and speed of the ring are not those of this drop; {press}"
         )
     return tuple(remarks)

@@ -127,8 +127,8 @@ def gap_contradictions(calibration: Calibration, measured: Analysis) -> tuple[st
         if circle.low > fit.high or fit.low > circle.high:
             found.append(
                 f"{name}: the clearance circle gives an air gap of {printed(circle)}, the fit {printed(fit)}: they exclude each"
-                " other. The circle rests on the settled arc and on a straight line through the probes, the fit on falls and"
-                f" blows, of which it leaves {calibration.misfit:.2f} times the noise: check the probes' positions and"
+                " other. The circle is based on the settled arc and a straight line through the probes, the fit on falls and"
+                f" impacts, with a residual of {calibration.misfit:.2f} times the noise: check the probes' positions and"
                 " sensitivities and the balls' clearance"
             )
     return tuple(found)

@@ -74,7 +74,7 @@ def followed(
         way.try_clearances()
         way.judge()
         if may_widen and (freed := way.freed()) is not None:
-            progress("fitting what the machine file states without tolerance too")
+            progress("fitting also the values that the machine file states without tolerance")
             return followed(freed, horizons, progress, may_widen=False)
         way.try_clearances_again()
         way.lead_along()
@@ -203,7 +203,7 @@ def _best_first(tried: Sequence[Fit | None]) -> list[Fit]:
     """Return the fits near the least misfit, the best first."""
     reached = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
     if not reached:
-        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
+        raise InputError("the fit left the range that can be simulated; check gap and probes of the machine file")
     return [each for each in reached if each.misfit <= _HOPELESS * reached[0].misfit]
 
 

@@ -189,7 +189,7 @@ def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int =
         If `members` is below 8, `seconds` is not positive and finite, or too few draws can be simulated.
     """
     if members < 8:
-        raise InputError(f"{members} members make no interval; give at least 8")
+        raise InputError(f"{members} members are too few for an interval; give at least 8")
     if not 0 < seconds < math.inf:
         raise InputError(f"seconds {seconds:g} s is not positive and finite")
     problem = calibration.problem
@@ -206,7 +206,7 @@ def forces_of(calibration: Calibration, seconds: float = SECONDS, members: int =
             if tried[0] is None or len(kept) < members // 2:
                 raise InputError(
                     f"{measured.name}: only {len(kept)} of {members} draws from the calibration can be simulated;"
-                    " it is too uncertain for forces: calibrate with more drops"
+                    " the calibration is too uncertain for forces: use more drops"
                 )
             ends = {
                 name: _end_forces(kept, end, name, calibration.calibrated, seconds)
@@ -320,7 +320,7 @@ def _peak(peaks: Array, seconds: float, sampled: bool = False) -> Estimate:
     """Return the greatest force from those of the members (n,), N; `sampled` where some are sampled, not refined peaks."""
     of = "of the contact" if sampled else f"of {first(seconds)}"
     rule = f"greatest {of}, median of {len(peaks)} simulations drawn from the calibration"
-    beside = f"; but for the greatest of each, at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
+    beside = f"; except the greatest of each, taken at its samples, at most {1e6 / _SAMPLING:g} us apart" if sampled else ""
     return of_members(peaks, FORCE, "N", rule + beside)
 
 
@@ -384,7 +384,7 @@ def _at_speed(members: list[_Member], end: int) -> Estimate:
     if late:
         why = f"in {late} of {len(times)} simulations the ring does not reach the journal's speed within {last:.3g} s"
         return Estimate(
-            float(np.median(times)), unit="s", method=rule, why=f"{why}: it may take longer than can be said"
+            float(np.median(times)), unit="s", method=rule, why=f"{why}: the time has no upper limit"
         )
     low, middle, high = band(times).tolist()
     return Estimate(middle, low, high, "s", rule)

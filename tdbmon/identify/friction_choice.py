@@ -95,7 +95,7 @@ def choose_friction(calibration: Calibration, drop: int = 0, seconds: float = _S
     grid = _grid(max(each.value or 0.0 for each in fitted.values()))
     orbits = follow(grid)
     if not orbits:
-        raise InputError(f"{measured.name}: cannot be simulated at any coefficient of friction from {GRID[0]:g} on")
+        raise InputError(f"{measured.name}: cannot be simulated with any coefficient of friction from {GRID[0]:g} up")
     best, step = min(orbits, key=apart), float(GRID[1] - GRID[0])
     near = np.round(np.arange(best - step, best + step, _FINE), 6)
     orbits |= follow(near[near > 0])

@@ -136,7 +136,7 @@ def as_it_stands(problem: Problem, point: Array, horizon: float, slopes: Sequenc
     """Return a point with residuals, and a Jacobian known from near it (raises InputError if not simulable)."""
     residuals = problem.all_residuals(point, horizon)
     if residuals is None:
-        raise InputError("the fit left what can be simulated; check gap and probes of the machine file")
+        raise InputError("the fit left the range that can be simulated; check gap and probes of the machine file")
     return Fit(point, tuple(residuals), tuple(slopes), misfit_of(problem, residuals, point))
 
 

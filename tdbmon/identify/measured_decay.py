@@ -44,7 +44,7 @@ def with_measured_decay(calibration: Calibration, rundown: RunDown | None) -> tu
     if measured.sigma >= fitted.sigma:
         return machine, ""
     remark = (
-        f"{NAME} is by the run-down of {calibration.drops[0].name}: {measured.low:.4g} to {measured.high:.4g} s without the rings"
-        f" (by the fit {fitted.low:.4g} to {fitted.high:.4g} s)."
+        f"{NAME} is from the run-down of {calibration.drops[0].name}: {measured.low:.4g} to {measured.high:.4g} s without the"
+        f" rings (from the fit: {fitted.low:.4g} to {fitted.high:.4g} s)."
     )
     return calibrated_machine(machine, {NAME: float(measured.value or 0.0)}), remark

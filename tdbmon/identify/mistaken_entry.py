@@ -146,9 +146,9 @@ def _confirmed(problem: Problem, found: _Trial, before: float) -> Mistaken | Non
     if not off:
         return None
     return Mistaken(
-        f"the plain model leaves {before:.3g} times what noise would in the first {STAGES.first_contacts[-1] * 1e3:g}"
-        f" ms{of_which(problem)}, but"
-        f" noise alone up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
+        f"the misfit of the plain model is {before:.3g} times that of noise alone in the first"
+        f" {STAGES.first_contacts[-1] * 1e3:g} ms{of_which(problem)}, but"
+        f" only noise is left up to {STAGES.bounced * 1e3:g} ms with {' and '.join(off)}: check that entry of the machine file",
         {each.name: values[each.name] for each in wrong},
     )
 

@@ -17,9 +17,9 @@ STRESS = FORCE / 3  # Hertz: a ball's pressure grows with the cube root of its l
 FATIGUE = EXPONENT * STRESS
 # numbers from the two pages that it names: `tests/test_project.py` compares them
 FORCES_HOLD = (
-    f"The intervals of greatest forces hold what the fit leaves open and {percent(FORCE)} (standard deviation) for the law of"
-    " contact, and so not always the true force: on synthetic drops of two other programs 388 of 400 did (docs/fitted_forces.md)"
-    " and 9 of 12 (docs/forces.md); the other 3 of these were stated 4.6 to 8.1 % too high"
+    f"The intervals of greatest forces include the uncertainty of the fit and {percent(FORCE)} (standard deviation) for the law"
+    " of contact. They do not always contain the true force: on synthetic drops of two other programs 388 of 400 did"
+    " (docs/fitted_forces.md) and 9 of 12 (docs/forces.md); the other 3 of these were stated 4.6 to 8.1 % too high"
 )
 
 MEMBERS = 39  # of an ensemble: a further draw lies between the least and the greatest with probability 95 %

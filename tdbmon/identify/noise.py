@@ -106,7 +106,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
     fewest = 4 * (1 + 2 * HARMONICS + 2 * hums) + _HIGHEST_ORDER
     if len(time) < fewest:
         raise InputError(
-            f"{place}: the levitated stretch has {len(time)} samples, too few to tell orbit from noise;"
+            f"{place}: the levitated stretch has {len(time)} samples, too few to separate orbit and noise;"
             f" record at least {fewest} before the release"
         )
     colour = np.empty(0)
@@ -115,7 +115,7 @@ def levitated_noise(time: Array, reading: Array, angle: Array, mains: float, pla
         solution, *_ = np.linalg.lstsq(white_design, whitened(reading, colour)[len(colour) :], rcond=None)
         left = reading - design @ solution
         if not np.std(left) > 0:
-            raise InputError(f"{place}: the reading holds no noise at all; it is dead or no measurement")
+            raise InputError(f"{place}: the reading has no noise at all; the probe is dead, or it is no measurement")
         colour = _colour(left)
     white = whitened(left, colour)[len(colour) :]
     innovation = float(np.sqrt(np.sum(white**2) / (len(white) - design.shape[1])))

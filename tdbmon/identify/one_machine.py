@@ -70,11 +70,11 @@ def _said(problem: Problem, left: Sequence[float], odd: Sequence[int], instant: 
     others = [drop for drop in range(len(left)) if drop not in odd]
     least, most = min(left[drop] for drop in odd), max(left[drop] for drop in others)
     verb, bound = ("do", "at least ") if len(odd) > 1 else ("does", "")
-    beyond = f"{bound}{least:.3g} times what noise would" if math.isfinite(least) else "more than can be told"
+    beyond = f"{bound}{least:.3g} times that of noise alone" if math.isfinite(least) else "too large to be computed"
     return (
-        f"{_names(problem, odd)} {verb} not go with {_names(problem, others)}: each fitted by itself, the plain model leaves"
+        f"{_names(problem, odd)} {verb} not match {_names(problem, others)}: each fitted alone, the misfit of the plain model is"
         f" {beyond} in the first {instant * 1e3:g} ms of the former, and {'at most ' if len(others) > 1 else ''}{most:.2g} times"
-        " of the latter: they are of another machine, or it or its cables changed between the drops"
+        " in the latter: they are of another machine, or the machine or its cables changed between the drops"
     )
 
 

@@ -63,8 +63,8 @@ def stated_remarks(problem: Problem, point: NDArray[np.float64]) -> list[str]:
     ]
     if not moved:
         return []
-    followed, told = ("drop is", "It tells") if len(problem.drops) == 1 else ("drops are", "They tell")
+    followed, told = ("drop is", "It determines") if len(problem.drops) == 1 else ("drops are", "They determine")
     return [
-        f"the {followed} followed better with values that the machine file states without tolerance moved within what is"
-        f" usually known of them: {', '.join(moved)}. {told} such values one by one only roughly"
+        f"the {followed} followed better if values that the machine file states without tolerance move within their usual"
+        f" uncertainty: {', '.join(moved)}. {told} such single values only roughly"
     ]

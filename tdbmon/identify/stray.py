@@ -81,6 +81,6 @@ def _best_over_angle(alone: Problem, own: Array, column: int, horizon: float) ->
         tried = alone.crew.apart(fit_or_none, [(alone, each, stage, 2) for each in points])
         reached = sorted((each for each in tried if each is not None), key=lambda each: each.misfit)
         if not reached:
-            raise InputError("the drop can be simulated at no angle")
+            raise InputError("the drop cannot be simulated at any angle")
         points = [each.point for each in reached[:kept]]
     return points[0]

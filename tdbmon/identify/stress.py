@@ -73,7 +73,7 @@ def assumed(bearing: TouchdownBearing) -> str:
     ]
     if "material" not in told and bearing.heat is None:
         found.append(f"{balls.material} balls")
-    return f"assumes {', '.join(found)}, which the machine file does not tell" if found else ""
+    return f"assumes {', '.join(found)}, not stated in the machine file" if found else ""
 
 
 def first(seconds: float) -> str:

@@ -111,8 +111,8 @@ def fit_turning(laid: xr.Dataset, machine: Machine, release: float, name: str) -
     parts += _speed_rows(laid, release, begin)
     if not parts:
         raise InputError(
-            f"{name}: neither keyphasor nor speed signal tells the speed before the release, which the model needs: record a"
-            " keyphasor, or the speed at the probes' rate, or 4 times at least in the levitated stretch"
+            f"{name}: neither keyphasor nor speed signal gives the speed before the release, which the model needs: record a"
+            " keyphasor, or the speed at the probes' rate, or at least 4 speed values in the levitated stretch"
         )
     if not keyed:  # the angle is arbitrary then
         parts.append((np.array([[1.0, 0.0, 0.0]]), np.zeros(1)))

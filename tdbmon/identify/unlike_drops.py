@@ -39,8 +39,8 @@ def _far_worse(problem: Problem, fit: Fit) -> list[str]:
         others = np.delete(ratios, i)
         if others.size >= 2 and ratios[i] > _FAR_WORSE * max(float(np.median(others)), 1.0):
             out.append(
-                f"{drop.name}: fits {ratios[i] / np.median(others):.1f} times worse than the other drops: of another"
-                " machine, or the machine has changed between the drops; take it alone"
+                f"{drop.name}: fits {ratios[i] / np.median(others):.1f} times worse than the other drops: it is of another"
+                " machine, or the machine has changed between the drops; evaluate it alone"
             )
     return out
 
@@ -62,10 +62,10 @@ def _seen_elsewhere(problem: Problem, fit: Fit) -> list[str]:
         return []
     high, low = (", ".join(problem.drops[k].name for k in sorted(each)) for each in (upper, lower))
     return [
-        f"{high} hardly {'goes' if len(upper) == 1 else 'go'} with {low}: fitted with one gap and one centre of each bearing,"
-        f" probe '{probe}' has a zero {apart * 1e6:.2g} um higher in the former at least, where such zeros drift by"
-        f" {ZERO_SIGMA * 1e6:.2g} um. If the probe was not touched, a bearing was changed, seated anew or worn between the drops,"
-        " they are of different machines, or the model lacks what each drop meets otherwise, as an odd ball"
+        f"{high} hardly {'matches' if len(upper) == 1 else 'match'} {low}: fitted with one gap and one centre of each bearing,"
+        f" the zero of probe '{probe}' is at least {apart * 1e6:.2g} um higher in the former, while such zeros drift by"
+        f" {ZERO_SIGMA * 1e6:.2g} um. If the probe was not touched, a bearing was changed, reseated or worn between the drops,"
+        " they are of different machines, or the model lacks what differs from drop to drop, such as an odd ball"
     ]
 
 

@@ -94,4 +94,4 @@ def test_samples_cut_off_take_no_part_in_the_calibration(machine):
     gone = np.isnan(drop.reading).mean(axis=1)
     np.testing.assert_allclose(gone[:2], 0.02, atol=0.005)
     assert not gone[2:].any()
-    assert any("missing or cut off and take no part in the fit" in remark for remark in drop.remarks)
+    assert any("missing or cut off are not used in the fit" in remark for remark in drop.remarks)

@@ -63,7 +63,7 @@ def test_one_drop_says_what_is_lost():
 
     machine = load_machine(shipped("loose/machine.toml"))
     drop = measured_drop(read(shipped("loose/drop_100.nc")), machine)
-    assert "none can be held out" in _remarks([drop])[0]
+    assert "it cannot be held out" in _remarks([drop])[0]
     # of practice case 5, from 150 Hz, 5 of 14 did not hold the truth; of its four drops together all did
     assert "intervals are too narrow" in _remarks([drop])[0]
     assert "all drops are from one speed" in _remarks([drop, drop])[0]
@@ -83,7 +83,7 @@ def test_a_record_that_ends_early_says_what_is_lost_of_all():
     assert _ending_remarks([whole, whole], horizons) == []
     (said,) = _ending_remarks([whole, early], horizons)
     assert "in the first 27 ms instead of 65 ms" in said and said.endswith(
-        "Without that the other drops are compared further"
+        "Without these records the other drops are compared further"
     )
     (said,) = _ending_remarks([early], horizons)
     assert "other drops" not in said
@@ -106,7 +106,7 @@ def test_an_effect_at_an_angle_of_one_drop_is_sought_anew():
     kept, remarks = standing_in_all_drops(with_effects(machine, [lobes, *others]))
     assert [each.name for each in kept.effects] == ["race_waviness", "off_sized_ball", "oval_clearance"]
     (said,) = remarks
-    assert said.startswith("ring_out_of_round at DE") and "no news" in said
+    assert said.startswith("ring_out_of_round at DE") and "it is not new" in said
     plain = with_effects(machine, others)
     assert standing_in_all_drops(plain) == (plain, ())
 
@@ -132,9 +132,9 @@ def test_an_extended_file_of_an_earlier_run_is_told_where_none_is_written(monkey
 
     monkeypatch.setattr(command, "extended_machine", lambda _: None)
     path = tmp_path / "found.toml"
-    assert command._write_extended(None, path) == f"no {path} written: nothing was named"
+    assert command._write_extended(None, path) == f"{path} not written: no cause was named"
     path.write_text("")
-    assert command._write_extended(None, path).endswith("; the one that is there is of an earlier run")
+    assert command._write_extended(None, path).endswith("; the existing file is from an earlier run")
 
 
 def test_what_takes_long_before_the_search_is_told(monkeypatch):
@@ -153,7 +153,7 @@ def test_what_takes_long_before_the_search_is_told(monkeypatch):
     with pytest.raises(Reached):
         machine = load_machine(shipped("loose/machine.toml"))
         module.diagnose(machine, [read(shipped("loose/drop_100.nc"))], steps.append)
-    assert steps[-1] == "holding the machine file against the first contacts"
+    assert steps[-1] == "comparing the machine file with the first contacts"
 
 
 def test_same_drop_twice_is_an_error(capsys):

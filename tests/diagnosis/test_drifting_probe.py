@@ -28,7 +28,7 @@ def drifted(crew):
 def test_a_probe_that_drifts_is_told_with_how_far(drifted):
     assert drifted.fails
     said = drifting_probe(drifted, drifted, HORIZONS)
-    told = re.match(r"probe 'DE_B' drifts: it reads (-[\d.]+) um more 22 ms after the release", said)
+    told = re.match(r"probe 'DE_B' drifts: 22 ms after the release it reads (-[\d.]+) um more than at the release", said)
     assert told and float(told[1]) * 1e-6 == pytest.approx(DRIFT, rel=0.15)
 
 

@@ -78,7 +78,7 @@ def test_effects_that_the_machine_has_already_are_told(found):
     """Such effects act in the drops and are not tried at their place; the output did not say so."""
     oval = parse("oval_clearance:end=DE,amplitude=20 um,angle=35 deg")
     wider = replace(found, machine=with_effects(found.machine, [oval]))
-    said = "in the machine already, and not tried at its place: oval clearance at DE (amplitude 20 um, angle 35 deg"
+    said = "already in the machine file, and not tried in the same place: oval clearance at DE (amplitude 20 um, angle 35 deg"
     assert identifiability_lines(wider)[1].startswith(said)
     (standing,) = identifiability_json(wider)["standing"]
     assert (standing["effect"], standing["where"]) == ("oval_clearance", "DE")
@@ -149,10 +149,10 @@ def test_a_size_that_no_machine_has_is_not_told():
     assert only.size.value is None
     assert only.unseen is not None and 0 < only.unseen <= 5.0
     (told,) = identifiability_json(found)["effects"]
-    assert "not to be seen in the first contacts of these drops up to" in told["smallest_detectable"]["why"]
+    assert "not detectable in the first contacts of these drops up to" in told["smallest_detectable"]["why"]
     assert told["may_show_later"]
     lines = "\n".join(identifiability_lines(found))
-    assert f"torque not to be seen so early up to {only.unseen:g} N m" in lines
+    assert f"torque not detectable so early up to {only.unseen:g} N m" in lines
     assert "rest of a record" in lines
 
 

@@ -62,7 +62,7 @@ def test_half_of_the_drops_and_two_at_least_must_whirl_otherwise_to_one_side():
     assert IN_ONE_DROP > more.whirl_departure > WHIRLS_OTHERWISE > same.whirl_departure
     assert -IN_ONE_DROP < less.whirl_departure < -WHIRLS_OTHERWISE
     assert acts_later([same, same]) is None
-    assert "once a revolution 1.5 times as far in b.nc, 1.5 times as far in b.nc" in acts_later(
+    assert "1X whirl is 1.5 times as simulated in b.nc, 1.5 times as simulated in b.nc" in acts_later(
         [same, more, more, same]
     )
     assert acts_later([less, less])
@@ -74,7 +74,7 @@ def test_half_of_the_drops_and_two_at_least_must_whirl_otherwise_to_one_side():
 def test_one_drop_of_several_is_enough_where_it_departs_plainly():
     same, whirling, elsewhere = made(), made(8.0, name="b.nc"), made(shift=-5e-5, name="c.nc")
     assert whirling.whirl_departure > IN_ONE_DROP and elsewhere.place_departures[1] < -IN_ONE_DROP
-    assert acts_later([same, same, whirling, same]).endswith("once a revolution 8 times as far in b.nc")
+    assert acts_later([same, same, whirling, same]).endswith("the 1X whirl is 8 times as simulated in b.nc")
     assert acts_later([same, same, same, elsewhere, same, same, same, same]).endswith(
         "probe 'DE_B' reads -50 um more in c.nc"
     )
@@ -142,7 +142,7 @@ def test_a_part_that_flies_off_later_is_seen(plain):
     found = late_records(
         read_otherwise(plain, lambda since, angle, axes: (since > AHEAD_S) * MORE * np.cos(angle - axes))
     )
-    assert "whirls once a revolution" in acts_later(found)
+    assert "the 1X whirl is" in acts_later(found)
     assert all(each.whirl_times > 1.3 for each in found)
 
 
@@ -177,10 +177,10 @@ def test_it_is_said_that_the_rest_of_the_record_is_not_looked_at_and_why(plain):
     first, *others = problem.drops
     mute = replace(first, pulse_times=np.empty(0), pulse_angles=np.empty(0))
     short = replace(first, pulse_times=first.pulse_times[first.pulse_times < first.release + 0.1])
-    for drop, why in ((mute, "no keyphasor tells how the shaft turns"), (short, "holds less than 168 ms")):
+    for drop, why in ((mute, "no keyphasor shows how the shaft turns"), (short, "holds less than 168 ms")):
         said = untold(replace(plain, problem=replace(problem, drops=(drop, *others))))
         assert f"{why}" in said and first.name in said
-        assert "what acts later than 18 ms is neither sought nor excluded. Diagnose the other drops" in said
+        assert "causes that act later than 18 ms are neither sought nor excluded. Diagnose the other drops" in said
 
 
 def test_before_the_first_pulse_the_shaft_turns_from_where_it_was_released(plain):

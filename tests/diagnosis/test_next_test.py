@@ -69,13 +69,13 @@ def test_what_the_machine_file_states_exactly_comes_before_another_drop(competed
     bearings = (soft.model_copy(update={"radial_gap": gap}), *others)
     exact = machine.model_copy(update={"touchdown_bearings": bearings, "rotor": rotor})
     (said,) = exact_remarks(exact)
-    assert "gives no tolerance to radial gap of NDE; unbalance, of which no plane is stated: no fit makes up" in said
+    assert "states no tolerance for radial gap of NDE; unbalance (no plane is stated): the fit cannot correct" in said
     model = replace(plain.problem.model, machine=exact)
     advised = next_test(
         Verdict(Kind.UNKNOWN, (), (), ""), (replace(plain, problem=replace(plain.problem, model=model)),)
     )
     assert advised.startswith(
-        "give radial gap of NDE; unbalance, of which no plane is stated in the machine file the tolerance"
+        "state in the machine file a tolerance for radial gap of NDE; unbalance (no plane is stated), and"
     )
     assert "if it stays, two drops" in advised
 
@@ -93,4 +93,4 @@ def test_what_the_checks_say_comes_before_another_drop(competed):
     first, *others = plain.problem.drops
     inverted = replace(first, name="drop_80.nc", faults=("drop_80.nc: NDE: falls upwards",))
     wrong = replace(plain, problem=replace(plain.problem, drops=(inverted, *others)))
-    assert "checks of drop_80.nc say" in next_test(Verdict(Kind.UNKNOWN, (), (), ""), (wrong,))
+    assert "correct what the checks of drop_80.nc report" in next_test(Verdict(Kind.UNKNOWN, (), (), ""), (wrong,))

@@ -93,7 +93,7 @@ def test_a_friction_beyond_its_tolerance_is_said_to_be_at_its_edge(crew, before)
     assert changes(drops.machine(), before, beyond) == ()
     assert _edges(drops.machine(), before, before) == ""
     assert _edges(drops.machine(), before, beyond).startswith(
-        "NDE.friction (later drops): there the fit ran to the edge"
+        "NDE.friction (later drops): the fit reached the limit"
     )
 
 
@@ -102,7 +102,7 @@ def diagnosed(machine, kind=Kind.NONE, ratio=1.0, **wanted):
     values = {p.name: Estimate.from_sigma(p.nominal, p.scale / 20, p.unit, "test") for p in machine_parameters(machine)}
     problem = SimpleNamespace(drops=(SimpleNamespace(name="a.nc"),))
     plain = SimpleNamespace(causes=(), ratio=ratio, times_noise=f"{ratio:g}", problem=problem)
-    why = f"the plain model leaves {ratio:g} times what noise would"
+    why = f"the misfit of the plain model is {ratio:g} times that of noise alone"
     verdict = Verdict(kind, (), (0.96,), why)
     return Diagnosis(machine, verdict, (plain,), None, {}, values, None, None, None, "another drop", (), 1.0, wanted)
 
@@ -129,7 +129,7 @@ def test_a_value_far_beyond_its_tolerance_has_changed_where_the_reference_fits_t
     assert change.since.value == 5e7 and change.since.low < 5e7 < change.since.high
     assert since.verdict.kind is Kind.UNKNOWN  # the change exceeds the tolerance, and no effect stands for it
     assert (
-        "NDE.support_stiffness changed beyond what it allows; with that change the plain model leaves 1.02"
+        "NDE.support_stiffness changed beyond what it allows; with that change the misfit of the plain model is 1.02"
         in since.verdict.why
     )
     assert "what has changed" in since.next_test
@@ -143,7 +143,7 @@ def test_a_value_far_beyond_its_tolerance_has_changed_where_the_reference_fits_t
     since, told = diagnose_since(machine, [], [], lambda _: None)
     assert (len(asked), told.changes, since.changed) == (2, (), None)
     assert (
-        "40 times what noise would in the reference drops and 61 times what noise would in the later"
+        "40 times that of noise alone in the reference drops and 61 times that of noise alone in the later"
         in told.not_compared
     )
 
@@ -163,7 +163,7 @@ def test_a_fit_that_does_not_follow_its_drops_tells_nothing_of_their_values():
     assert (told.changes, told.remarks) == ((), ())
     _, line = reference_lines(told)  # neither a list of values, nor the line that nothing has changed
     assert line.startswith(
-        "  not compared: values of the machine: the model leaves 61 times what noise would in the later drops"
+        "  not compared: values of the machine: the misfit is 61 times that of noise alone in the later drops"
     )
     # a change that explains the first contacts stands, without an interval
     (change,) = compared(machine, before, lost, SOFT).changes
@@ -209,7 +209,7 @@ def test_a_remark_says_which_of_several_causes_counts_for_the_later_drops():
     for or_nothing, rest in ((False, ""), (True, " or nothing at all")):
         verdict = Verdict(Kind.AMBIGUOUS, (oval, soft, soft), (0.5, 0.2, 0.2), "", or_nothing=or_nothing)
         (said,) = _remarks(SimpleNamespace(verdict=verdict))
-        assert f"show oval, which counts for the model of the later drops, or soft support{rest}:" in said
+        assert f"show oval, which the model of the later drops includes, or soft support{rest}:" in said
 
 
 def test_what_lies_otherwise_in_every_drop_does_not_stand_in_the_model_of_later_drops(crew):
@@ -271,7 +271,7 @@ def test_the_command_says_that_nothing_changed(tmp_path, capsys):
 def test_what_the_reference_drops_lack_is_told_too():
     """A dead probe in one of them was not reported."""
     machine = load_machine(shipped("short/machine.toml"))
-    lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: none can be held out")
+    lacks = ("a.nc: calibrated without probe 'DE_A', which is dead", "one drop only: it cannot be held out")
     told = compared(machine, replace(diagnosed(machine), remarks=lacks), diagnosed(machine), {}).remarks
     assert told == (lacks[0], f"of the reference drops: {lacks[1]}")
 
@@ -286,5 +286,5 @@ def test_of_values_without_a_tolerance_none_is_said_to_have_stayed(tmp_path):
     machine = load_machine(exact)
     said = "\n".join(reference_lines(compared(machine, diagnosed(machine), diagnosed(machine), {})))
     assert said.startswith("reference (1 drop): none")
-    assert "not compared: values of the machine: its file gives none a tolerance" in said
+    assert "not compared: values of the machine: its file states no tolerances" in said
     assert "has changed" not in said

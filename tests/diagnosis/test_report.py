@@ -50,12 +50,12 @@ def test_the_evidence_comes_in_its_order(report: Document) -> None:
     assert [section.title for section in report.sections] == [
         "Verdict",
         "Measured against the plain model",
-        "Where and when the residual stands out of the noise",
+        "Where and when the residual exceeds the noise",
         "The force that is missing",
         "Ranking",
         "Measured against the extended model",
         "The rest of the record",
-        "Gain on a drop held out",
+        "Gain on a held-out drop",
         "Sizes of the causes",
         "What remains unexplained",
         "What to do next",
@@ -66,7 +66,7 @@ def test_the_report_says_what_was_found_where_and_how_large(report: Document) ->
     words = words_of(report)
     assert "Named: residual magnetic force at the rotor (probability 97 %, 2 drops)" in words
     assert "3.00 ms (2.90 to 3.10)" in words
-    assert "takes away 97.1 %" in words
+    assert "removes 97.1 %" in words
     assert "Probe 'DE_B' was noisy" in words
     assert "Another drop." in words
     assert "The records are synthetic." in words
@@ -87,12 +87,12 @@ def test_a_frequency_is_told_as_closely_as_the_time_tells_it(evidence: Evidence)
     resolution = 2 / HORIZONS[-1]  # Hann window
     near = [float(each) for each in re.findall(r"strongest near (\d+) Hz", words)]
     assert all(each >= 0.9 * resolution for each in near)
-    assert near or "slower than so short a time tells" in words
+    assert near or "too slow to be resolved in so short a time" in words
 
 
 def test_little_gain_has_no_good_colour(named: Diagnosis, evidence: Evidence) -> None:
     sure, doubtful = (
-        replace(named, verdict=replace(named.verdict, doubt=doubt)) for doubt in (None, "it gains little")
+        replace(named, verdict=replace(named.verdict, doubt=doubt)) for doubt in (None, "the gain is small")
     )
     tones = []
     for each in (sure, doubtful):
@@ -123,8 +123,8 @@ def test_fitted_values_stand_beside_those_of_the_machine_file(named: Diagnosis, 
         assert shown is not None
         said[key] = words_of(Document("", "", (shown,)))
         assert f"({gap.low * 1e6:.4g} to {gap.high * 1e6:.4g})" in said[key]
-    assert "the truth may lie beyond" in said["at its edge"] and "beyond" not in said["within"]
-    assert "by this model, in which its laws are exact" in said["within"]  # of ten in one case none held the truth
+    assert "the true value may lie beyond" in said["at its edge"] and "beyond" not in said["within"]
+    assert "for exact laws of the model" in said["within"]  # of ten in one case none held the truth
     outside = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.04), ""), values={name: within})
     assert diagnosis_values.section(replace(evidence, diagnosis=outside)) is None
 
@@ -148,7 +148,7 @@ def test_a_value_that_changed_stands_beside_what_the_machine_file_has(named: Dia
 def test_the_report_names_a_value_that_changed_and_no_mistake(named: Diagnosis, evidence: Evidence) -> None:
     changed = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.0, 0.04), "it changed"), changed="DE.gap")
     said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=changed)),)))
-    assert "Unknown: DE.gap changed beyond what the machine file allows (2 drops)." in said
+    assert "Unknown: DE.gap changed beyond its tolerance in the machine file (2 drops)." in said
     assert "in no catalogue" not in said and "Something acts" not in said
 
 
@@ -156,10 +156,10 @@ def test_report_and_terminal_say_the_same_of_the_reference_drops(named: Diagnosi
     since = Reference(named, (), ("a value differs too",), "DE.gap (later drops): at its edge")
     said = words_of(build_diagnosis_report(named, since=since))
     assert "\nA value differs too." in said  # as a sentence, like other remarks in the report
-    assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine moved" in said
+    assert "\nNot compared: DE.gap (later drops): at its edge.\nNo other value of the machine changed" in said
     assert "  not compared: DE.gap (later drops): at its edge" in reference_lines(since)
     shown = "residual magnetic force at the rotor"  # it was residual_magnetic_force@rotor
-    assert f"They show {shown} already" in said and reference_lines(since)[0] == f"reference (2 drops): named - {shown}"
+    assert f"They already show {shown}" in said and reference_lines(since)[0] == f"reference (2 drops): named - {shown}"
     assert reference_json(since)["not_compared"] == "DE.gap (later drops): at its edge"
     rule = "3 times the half widths of both intervals and by half of its tolerance (a ball clearance: by all of it)"
     assert rule in said and any(rule in line for line in reference_lines(since))
@@ -170,7 +170,7 @@ def test_a_report_says_what_of_the_reference_drops_the_later_model_has(named: Di
     found = named.contenders[0]
     free = replace(found.problem.free[0], each_held=({"ball": 3.0}, {"ball": 5.0}))
     ball = replace(found, problem=replace(found.problem, free=(free,)))
-    for model, has in ((found, "has residual magnetic force at the rotor."), (ball, "does not have it, since it lies")):
+    for model, has in ((found, "includes residual magnetic force at the rotor."), (ball, "does not include it")):
         before = replace(named, verdict=replace(named.verdict, accused=(model,)))
         said = words_of(Document("", "", (diagnosis_changes.section(Reference(before, (), ())),)))
         assert f"the model of the later drops {has}" in said
@@ -220,7 +220,7 @@ def test_without_spectra_nothing_is_said_of_their_peaks(evidence: Evidence) -> N
     blind = tuple(replace(left, to_ends=np.zeros_like(left.to_ends)) for left in evidence.extended_left)
     assert not any(left.sees_ends for left in blind)
     words = words_of(Document("", "", (diagnosis_remains.remains(replace(evidence, extended_left=blind)),)))
-    assert "No peak of its spectra passes" not in words
+    assert "No peak of the residual's spectra exceeds" not in words
 
 
 def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> None:
@@ -232,7 +232,7 @@ def test_figures_that_show_some_of_the_drops_say_which(evidence: Evidence) -> No
             for name in ("plain_left", "extended_left", "plain_force", "extended_force")
         },
     )
-    said = "Of the 4 drops the slowest, one between and the fastest have room here: drop_97.nc"
+    said = "Of the 4 drops, the slowest, one between and the fastest are shown here: drop_97.nc"
     for section in (diagnosis_fit.plain(four), diagnosis_fit.extended(four), diagnosis_force.section(four)):
         assert section is not None
         assert said in next(block.caption for block in section.blocks if isinstance(block, Figure))
@@ -260,10 +260,10 @@ def test_what_the_rest_of_the_record_shows_is_told_as_that(named: Diagnosis) -> 
         late=later,
     )
     words = words_of(build_diagnosis_report(found))
-    assert "the shaft whirls once a revolution 2.5 times as far in drop_97.nc" in words
+    assert "the 1X whirl is 2.5 times as simulated in drop_97.nc" in words
     assert "Something acts later than the readings can be followed." in words
-    assert "(ring drag, Stribeck friction, thermal growth), and none of it explains" in words
-    assert "departs by 2 standard deviations in half of the drops" in words
+    assert "(ring drag, Stribeck friction, thermal growth), and none of them explains" in words
+    assert "deviates by 2 standard deviations in half of the drops" in words
 
 
 def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_without_it(named: Diagnosis) -> None:
@@ -273,7 +273,7 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     rest = next(section for section in document.sections if section.title == "The rest of the record")
     told = " ".join(block.text for block in rest.blocks if isinstance(block, Paragraph))
     without, left = (sum(each.departure for each in records) for records in (before, named.late or ()))
-    assert f"the squared departures of amplitude and places sum to {left:.1f}, without to {without:.1f}" in told
+    assert f"the squared deviations of amplitude and position sum to {left:.1f}, without to {without:.1f}" in told
     captions = [block.caption for block in rest.blocks if isinstance(block, (Table, Figure))]
     assert [("without the cause found here" in each, "with it" in each) for each in captions] == [
         (True, False),
@@ -283,8 +283,8 @@ def test_a_cause_found_in_the_rest_of_the_record_is_shown_beside_the_model_witho
     ]
     tables = [block for block in rest.blocks if isinstance(block, Table)]
     assert tables[0].rows[0].cells[1] != tables[1].rows[0].cells[1]
-    gain = next(section for section in document.sections if section.title == "Gain on a drop held out")
-    assert "how far it whirls" in " ".join(block.text for block in gain.blocks if isinstance(block, Paragraph))
+    gain = next(section for section in document.sections if section.title == "Gain on a held-out drop")
+    assert "its 1X whirl" in " ".join(block.text for block in gain.blocks if isinstance(block, Paragraph))
 
 
 def test_what_a_size_goes_with_is_told_in_words(evidence: Evidence, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -326,7 +326,7 @@ def test_the_rest_of_the_record_is_drawn_of_the_drop_that_departs_most(evidence:
     assert rest is not None
     (figure,) = (block for block in rest.blocks if isinstance(block, Figure))
     assert figure.caption.endswith(
-        "the slowest, the one that departs most and the fastest have room here: a.nc, b.nc, d.nc."
+        "the slowest, the one that deviates most and the fastest are shown here: a.nc, b.nc, d.nc."
     )
     drawn = set(texts(figure.draw()).splitlines())
     assert {"a", "b", "d"} <= drawn and "c" not in drawn
@@ -336,11 +336,11 @@ def test_what_each_of_several_drops_held_out_shows_of_a_weak_cause_is_listed(nam
     one = HeldOut(("drop_97.nc",), 2.61e-7, 2.55e-7, 2.4e-7, 3000.0, 2800.0)
     other = HeldOut(("drop_148.nc",), 2.6e-7, 2.5e-7, 2.4e-7, 3200.0, 2960.0)
     document = build_diagnosis_report(replace(named, proof=together([one, other])))
-    (gain,) = (section for section in document.sections if section.title == "Gain on a drop held out")
+    (gain,) = (section for section in document.sections if section.title == "Gain on a held-out drop")
     assert any(isinstance(block, Tinted) and "by the share in the last column" in block.text for block in gain.blocks)
     # not without both: no drop would remain
     assert any(
-        "without each of drop_97.nc and drop_148.nc in turn;" in getattr(block, "text", "") for block in gain.blocks
+        "without each of drop_97.nc and drop_148.nc in turn." in getattr(block, "text", "") for block in gain.blocks
     )
     (table,) = (block for block in gain.blocks if isinstance(block, Table))
     assert [row.cells for row in table.rows] == [

@@ -40,7 +40,7 @@ def test_none_says_how_well_the_plain_model_fits(named: Diagnosis) -> None:
     words = words_of(document)
     titles = [section.title for section in document.sections]
     assert "None: the plain model lacks nothing that these 2 drops show." in words
-    assert f"leaves {plain.times_noise} times" in words
+    assert f"misfit is {plain.times_noise} times" in words
     assert f"{len(catalogue())} kinds of effects were looked for" in words
     assert not any("extended" in title or "Gain" in title or "Sizes" in title for title in titles)
 
@@ -58,10 +58,10 @@ def test_what_stands_in_the_plain_model_is_told(named: Diagnosis, evidence: Evid
     none = Verdict(Kind.NONE, (), (1.0,), "noise alone")
     found = replace(named, contenders=(plain,), verdict=none, proof=None, parameters={})
     known = "oval clearance at DE (amplitude 19.827 um, angle 35 deg, law radial)"
-    (line,) = (line for line in diagnosis_lines(found) if "in the plain model already" in line)
+    (line,) = (line for line in diagnosis_lines(found) if "already in the plain model" in line)
     assert known in line and "foundation mode at NDE" in line
     said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=found)),)))
-    assert "these 2 drops show beside what stands in it." in said and known in said
+    assert "these 2 drops show, apart from what it already includes." in said and known in said
     first, _ = diagnosis_json(found)["standing"]
     assert (first["effect"], first["where"], first["held"]) == ("oval_clearance", "DE", {"law": "radial"})
     assert first["parameters"]["amplitude_um"]["value"] == pytest.approx(19.8270169)
@@ -90,7 +90,7 @@ def test_one_drop_is_spoken_of_as_one(named: Diagnosis, evidence: Evidence) -> N
     none = replace(alone, verdict=Verdict(Kind.NONE, (), (0.0, 0.96), ""))
     said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=none)),)))
     assert "the plain model lacks nothing that this one drop shows." in said
-    assert "Of one drop none can be held out as a proof." in said and "had done better" not in said
+    assert "A single drop cannot be held out as a proof." in said and "had done better" not in said
     open_ = replace(alone, verdict=Verdict(Kind.AMBIGUOUS, (found,), (0.6, 0.0), ""))
     said = words_of(Document("", "", (diagnosis_verdict.section(replace(evidence, diagnosis=open_)),)))
     assert "This one drop cannot decide between them." in said
@@ -106,7 +106,7 @@ def test_one_drop_is_not_judged_by_the_rest_of_its_record(named: Diagnosis, evid
     rest = diagnosis_late_record.section(replace(evidence, diagnosis=replace(named, late=late)))
     assert rest is not None
     said = words_of(Document("", "", (rest,)))
-    assert "One drop by itself is not judged by that." in said and "would tell" not in said
+    assert "A single drop is not judged by this." in said and "something acts" not in said
 
 
 def test_a_plain_model_that_cannot_be_told_apart_is_named_with_the_others(named: Diagnosis, evidence: Evidence) -> None:
@@ -132,19 +132,19 @@ def test_where_no_cause_was_sought_none_is_said_to_have_been_tried(named: Diagno
 
 def test_a_likeliest_model_that_is_not_believed_is_said_not_to_be(named: Diagnosis, evidence: Evidence) -> None:
     """The table gave a cause 94 % though the verdict was none."""
-    refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "it gains nothing"), parameters={})
+    refuted = replace(named, verdict=Verdict(Kind.NONE, (), (0.94, 0.02), "the gain is none"), parameters={})
     said = words_of(Document("", "", (diagnosis_ranking.section(replace(evidence, diagnosis=refuted)),)))
-    assert "why the likeliest model here is not believed" in said
+    assert "why the likeliest model here is not accepted" in said
     said = words_of(Document("", "", (diagnosis_ranking.section(evidence),)))
-    assert "not believed" not in said and "which no other proves" not in said
+    assert "not accepted" not in said and "without a proof on another" not in said
 
 
 def test_unknown_does_not_pass_the_best_model_off_as_believed(named: Diagnosis) -> None:
     found = replace(named, verdict=Verdict(Kind.UNKNOWN, (), (0.01, 0.0), "much is left"), parameters={})
     document = build_diagnosis_report(found)
     words = words_of(document)
-    assert "Unknown:" in words and "not believed" in words
-    assert "Values of the best model, which is not believed" in [section.title for section in document.sections]
+    assert "Unknown:" in words and "not accepted" in words
+    assert "Values of the best model, which is not accepted" in [section.title for section in document.sections]
     ranking = next(s for s in document.sections if s.title == "Ranking")
     table = next(block for block in ranking.blocks if isinstance(block, Table))
     assert table.rows[-1].cells[:2] == ("something outside the catalogue", "99 %")
@@ -172,7 +172,7 @@ def test_one_cause_with_two_laws_is_named_once_with_the_probability_of_both(name
     )
     words = words_of(build_diagnosis_report(found))
     assert (
-        "Named: residual magnetic force at the rotor (probability 94 %, 2 drops), of which order or with which law"
+        "Named: residual magnetic force at the rotor (probability 94 %, 2 drops); these drops leave its order or law open"
         in words
     )
 

@@ -68,7 +68,7 @@ def test_a_size_that_is_known_less_than_the_catalogue_knows_it_has_no_interval(n
     )
     assert told.low is not None and untold.low is None
     assert untold.value == told.value
-    assert "do not tell it" in untold.why
+    assert "do not determine it" in untold.why
 
 
 def test_an_angle_that_is_known_less_than_to_its_period_has_no_interval(named):
@@ -78,7 +78,7 @@ def test_an_angle_that_is_known_less_than_to_its_period_has_no_interval(named):
         sizes_of(found, rest={name: share * np.pi / 1.96}).causes[SOFTER]["direction"] for share in (0.49, 0.51)
     )
     assert told.low is not None and untold.low is None
-    assert "do not tell it" in untold.why
+    assert "do not determine it" in untold.why
 
 
 def test_an_interval_ends_where_a_size_cannot_be_less(named):

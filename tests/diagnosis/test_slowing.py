@@ -129,7 +129,7 @@ def test_an_inertia_that_is_not_as_the_file_has_it_is_told(crew):
     wrong = replace(wrong, fit=replace(wrong.fit, misfit=4 * wrong.fit.count))
     assert slowing_beside(wrong).remarks == ()
     # the unchanged gyroscopic moments speak against another polar inertia
-    assert "kg m^2 by the machine file) does not either" in said
+    assert "kg m^2 by the machine file) does not explain it either" in said
     assert "Inertia and drag of the inner rings do not explain it" in said
     one_drop = replace(problem, model=lighter, drops=problem.drops[:1], own=problem.own[:1])
     (said,) = slowing_beside(settled_plain(one_drop)).remarks
@@ -145,7 +145,7 @@ def test_a_polar_inertia_that_is_wrong_shows_in_the_gyroscopic_motion_too(crew):
     told = polar_inertia(plain)
     assert told.factor == pytest.approx(1.4, abs=max(0.1, 3 * told.sigma))
     (said,) = slowing_beside(plain).remarks
-    assert f"is another: the shaft's gyroscopic motion wants {told.factor:.2f} times" in said
+    assert f"is wrong: the shaft's gyroscopic motion requires {told.factor:.2f} times" in said
     assert "which explains it. The verdict" in said
 
 
@@ -156,7 +156,7 @@ def test_rings_that_take_less_to_be_turned_are_told_by_when_the_shaft_slows(crew
     heavier.arrays.end[:, RING_INERTIA] *= 2.0
     plain = settled_plain(replace(problem, model=heavier))
     (said,) = slowing_beside(plain).remarks
-    assert "so that they take less to be turned than in the file" in said
+    assert "so the rings need less torque to turn than by the file" in said
 
 
 def with_drag_off(problem, factor):
@@ -229,7 +229,7 @@ def test_a_torque_from_the_release_on_is_told_with_its_size(crew, torques):
     assert "inertia" not in said
     asked = "does the drive stay on" if torques[0] < 0 else "does the drive brake"
     assert asked in said
-    assert ("more than contacts rub" in said) == (torques[0] > 20)
+    assert ("more than friction in the contacts" in said) == (torques[0] > 20)
 
 
 def test_a_drag_that_the_machine_file_leaves_out_is_no_drive(monkeypatch):

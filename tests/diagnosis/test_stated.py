@@ -96,8 +96,8 @@ def test_a_weak_cause_takes_away_more_than_stated_values_do(crew):
     assert plain_beside(free, pushed) is free
     told = verdict(sorted([free, pushed], key=lambda each: each.bic), None)
     assert told.kind is Kind.NONE
-    assert told.why.endswith(f"without that cross-coupled stiffness at impeller leaves {pushed.times_noise} times")
-    assert verdict(sorted([free, eased(pushed)], key=lambda each: each.bic), None).why.endswith("what noise would")
+    assert told.why.endswith(f"the misfit with cross-coupled stiffness at impeller is {pushed.times_noise} times that")
+    assert verdict(sorted([free, eased(pushed)], key=lambda each: each.bic), None).why.endswith("noise alone")
     assert plain_beside(plain, beside(plain, "probe_gain@DE_A", {"gain": 1.001})) is plain
 
 

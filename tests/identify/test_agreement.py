@@ -169,7 +169,7 @@ def test_friction_by_sensitivity_goes_beyond_the_fitted_one():
     assert all(distance[at] < 0.1 * distance[len(GRID) - 1] for distance in choice.distance.values())
     assert not choice.at_edge and "may lie beyond" not in _friction(choice)[0].text
     cut = replace(choice, tried=choice.tried[: at + 1])
-    assert cut.at_edge and "Greatest of those tried: the nearest may lie beyond." in _friction(cut)[0].text
+    assert cut.at_edge and "It is the greatest one tried: the best may lie beyond." in _friction(cut)[0].text
 
 
 def test_a_probe_without_samples_so_far_has_no_residual(calibration):

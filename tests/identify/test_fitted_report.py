@@ -226,14 +226,14 @@ def test_values_that_went_as_far_as_they_may_are_told_in_terminal_and_report(fit
     """One by its tolerance, and one that no machine file states: an edge of a tolerance is that of the former alone."""
     bound = "NDE.friction", "DE.centre_x"
     told = replace(fitted, calibration=replace(fitted.calibration, at_bound=bound))
-    (line,) = [line for line in force_lines(told.calibration, told.forces) if "as far as they may" in line]
+    (line,) = [line for line in force_lines(told.calibration, told.forces) if "at the limit of their range" in line]
     friction = told.calibration.values["NDE.friction"].value
     assert f"NDE.friction {friction:.3f}"[:-1] in line and "DE.centre_x" in line and " um" in line and "µ" not in line
-    assert not any("as far as they may" in line for line in force_lines(fitted.calibration, fitted.forces))
+    assert not any("at the limit of their range" in line for line in force_lines(fitted.calibration, fitted.forces))
     rows = [row for block in forces_section(told).blocks if isinstance(block, Table) for row in block.rows]
     said = {row.cells[0]: row.cells[-1] for row in rows}
-    assert said["NDE: friction"].startswith("at the edge of its tolerance:")
-    assert said["DE: bearing's centre x from the probes' zero"].startswith("as far off as it may go:")
+    assert said["NDE: friction"].startswith("at the limit of its tolerance:")
+    assert said["DE: bearing's centre x from the probes' zero"].startswith("at the limit of its range:")
 
 
 def test_fitted_values_stand_beside_the_machine_files(fitted) -> None:
@@ -268,7 +268,7 @@ def test_a_contact_of_another_exponent_has_the_unit_of_that_law(fitted, exponent
     values = {"NDE.contact_stiffness": Estimate(stiffness, 1.1e9, 1.4e9, "N/m^(10/9)")}
     told = replace(fitted.calibration, calibrated=calibrated, values=values)
     (row,) = fitted_values(replace(fitted, calibration=told)).rows
-    assert row.cells[0] == "NDE: contact stiffness by the force at 10 µm"
+    assert row.cells[0] == "NDE: contact stiffness from the force at 10 µm"
     law = re.search(r"([\d.]+) ×10⁹ N/m\^([\d.]+) times depth\^1\.150$", row.cells[-1])
     assert bool(law) == bool(row.cells[-1]) == (exponent == 1.15)
     if law is not None:
@@ -283,7 +283,7 @@ def test_what_was_not_fitted_is_not_told_as_fitted(fitted, analysed) -> None:
     bare = FittedDrop(replace(fitted.calibration, values=values), fitted.forces)
     texts = [block.text for block in agreement_section(bare).blocks if isinstance(block, Paragraph)]
     (text,) = [text for text in texts if text.startswith("Friction by sensitivity")]
-    assert "each end by itself" not in text and text.count("(the machine file states no tolerance)") == 2
+    assert "each end separately" not in text and text.count("(the machine file states no tolerance)") == 2
     natural = natural_frequencies.section(analysed, bare)
     assert any(
         isinstance(b, Paragraph) and "MN/m (the machine file states no tolerance)" in b.text for b in natural.blocks

@@ -44,7 +44,7 @@ def test_the_surer_of_run_down_and_fit_is_taken(machine, rotor):
     run = run_down(machine, rotor)
     made, remark = with_measured_decay(fit(machine, 2.0), run)
     assert made.rotor.speed_decay_time.nominal == pytest.approx(DECAY, rel=0.01)
-    assert "by the run-down of drop.nc" in remark
+    assert "from the run-down of drop.nc" in remark
     assert made.touchdown_bearings == fit(machine, 2.0).calibrated.touchdown_bearings
     made, remark = with_measured_decay(fit(machine, 0.001), run)
     assert made.rotor.speed_decay_time.nominal == 13.0 and not remark

@@ -79,7 +79,7 @@ def test_colouring_is_the_recursion_it_says():
 
 def test_too_short_and_dead_stretches_are_refused():
     reading, angle = orbit()
-    with pytest.raises(InputError, match="too few to tell orbit from noise"):
+    with pytest.raises(InputError, match="too few to separate orbit and noise"):
         levitated_noise(TIME[:20], reading[:20], angle[:20], MAINS)
     with pytest.raises(InputError, match="no noise at all"):
         levitated_noise(TIME, np.zeros_like(reading), angle, MAINS)

@@ -47,21 +47,21 @@ def test_a_drop_of_another_machine_is_told_before_causes_are_sought():
     assert found.verdict.kind is Kind.UNKNOWN
     assert not any(each.causes for each in found.contenders)
     said = re.match(
-        r"drop_70.nc does not go with drop_100.nc, drop_130.nc: each fitted by itself, the plain model leaves (\S+) times what"
-        r" noise would in the first 6 ms of the former, and at most (\S+) times of the latter",
+        r"drop_70.nc does not match drop_100.nc, drop_130.nc: each fitted alone, the misfit of the plain model is (\S+) times"
+        r" that of noise alone in the first 6 ms of the former, and at most (\S+) times in the latter",
         found.mistaken,
     )
     more, less = map(float, said.groups())
     assert more > 10
     assert less < 1.1
-    assert "diagnose both sets of drops apart" in found.next_test
+    assert "diagnose both sets of drops separately" in found.next_test
 
 
 def test_forces_of_drops_of_two_machines_are_withheld():
     """They were told, of a fit that left 448 times the noise, with the advice to diagnose the drops."""
     found = fit_drops(machine(), records(OTHER, OWN), horizons=(0.006, 0.01))
-    assert any("drop_70.nc does not go with drop_100.nc" in remark for remark in found.remarks)
-    assert all("as the fit's remarks say" in found.no_forces(drop) for drop in range(2))
+    assert any("drop_70.nc does not match drop_100.nc" in remark for remark in found.remarks)
+    assert all("see the fit's remarks" in found.no_forces(drop) for drop in range(2))
 
 
 def test_drops_of_one_machine_go_together_and_so_do_those_of_a_machine_that_is_none_of_the_file():

@@ -142,7 +142,7 @@ def test_effects_act_on_the_moved_values(full, model):
 
 def test_effects_do_not_go_onto_effects(model):
     effect = parse("unbalance:where=impeller,amount=30 g mm")
-    with pytest.raises(InputError, match="carries effects already"):
+    with pytest.raises(InputError, match="already has effects"):
         with_effects(with_effects(model, [effect]), [effect])
 
 

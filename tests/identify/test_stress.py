@@ -16,10 +16,10 @@ def with_balls(bearing, **told):
 def test_what_the_file_does_not_tell_is_said(machine):
     bearing = machine.bearing("NDE")
     assert assumed(bearing) == (
-        "assumes inner groove conformity 0.52, outer groove conformity 0.52, steel balls, which the machine file does not tell"
+        "assumes inner groove conformity 0.52, outer groove conformity 0.52, steel balls, not stated in the machine file"
     )
     told = with_balls(bearing, inner_conformity=0.52, outer_conformity=0.53)
-    assert assumed(told) == "assumes steel balls, which the machine file does not tell"
+    assert assumed(told) == "assumes steel balls, not stated in the machine file"
     assert assumed(with_balls(told, material="steel")) == ""
 
 

@@ -157,7 +157,7 @@ def test_a_phase_without_a_mark_is_refused(keyphasor: dict[str, object] | None, 
     told["probe"][0]["slow_roll"] = {"peak_to_peak": "4 um", "phase_lag": "120 deg"}
     assert parse_machine(told).probes[0].slow_roll is not None
     del told["keyphasor"]
-    with pytest.raises(InputError, match="phase of slow_roll counts from a keyphasor") as refused:
+    with pytest.raises(InputError, match="phase of slow_roll needs a keyphasor") as refused:
         parse_machine(told | ({"keyphasor": keyphasor} if keyphasor else {}))
     assert said in str(refused.value)
 

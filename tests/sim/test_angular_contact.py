@@ -170,7 +170,7 @@ def test_play_is_free():
     ("make", "words"),
     [
         (lambda: pair(G71914, COUNT, 16e-3, "tandem", 1e-6), "tandem"),
-        (lambda: pair(G71914, COUNT, 16e-3, "H"), "X, O, tandem"),
+        (lambda: pair(G71914, COUNT, 16e-3, "H"), "X, O or tandem"),
         (lambda: pair(G71914, COUNT, 0.0, "X"), "spacing"),
         (lambda: Row(G71914, 2), "2 balls"),
         (lambda: Row(G71914, COUNT, sense=0), "sense 0"),

@@ -306,7 +306,7 @@ def test_effects_that_do_not_fit_the_machine(machine, text, says):
 )
 def test_what_a_second_one_would_undo_acts_once(machine, first, second):
     """The last foundation or leak was taken without a word; a second anisotropy counted from the first one's stiffness."""
-    with pytest.raises(InputError, match="is given twice for .* acts once at a place: give it once"):
+    with pytest.raises(InputError, match="is given twice for .* can act only once at a place: give it once"):
         all_effects(machine, [parse(first), parse(second)])
 
 
@@ -321,7 +321,7 @@ def test_what_stands_still_is_written_so_that_it_can_be_read(machine):
 
 def test_a_shape_that_takes_all_of_the_gap_is_refused(machine):
     narrow = changed(machine, ends={"radial_gap": exactly(90e-6)})
-    with pytest.raises(InputError, match=r"takes 100 um, all of the radial gap of 90 um"):
+    with pytest.raises(InputError, match=r"reaches 100 um inwards and closes the radial gap of 90 um"):
         build_model(narrow, [declaration("oval_clearance").at("NDE", {"amplitude": 100e-6})])
 
 
@@ -390,7 +390,7 @@ def test_hooks_where_kernels_have_no_numbers_for_them_are_refused(place):
 def test_an_effect_of_the_machine_file_is_not_replaced_without_a_word(machine):
     setting = EffectSetting.model_validate({"name": "oval_clearance", "where": "NDE", "amplitude": "20 um"})
     carrying = machine.model_copy(update={"effects": (setting,)})
-    with pytest.raises(InputError, match="the machine file has it already: change or leave it out there"):
+    with pytest.raises(InputError, match="the machine file already has it: change it or remove it there"):
         all_effects(carrying, [parse("oval_clearance:end=NDE,amplitude=10 um")])
 
 

@@ -67,6 +67,6 @@ def test_any_number_of_modes(bending, machine):
 def test_too_many_modes_are_refused(machine, monkeypatch):
     model = build_model(machine, bending=8)
     monkeypatch.setattr(integration, "MOST_MODES", model.n - 3)
-    with pytest.raises(InputError, match=r"12 modes a plane.*less by 3"):
+    with pytest.raises(InputError, match=r"12 modes per plane.*by 3"):
         run(model, DropPlan(150.0, 0.001))
     run(model, DropPlan(150.0, 0.001, method="dormand_prince"))

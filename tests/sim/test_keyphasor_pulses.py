@@ -25,6 +25,6 @@ def test_every_pulse_is_seen(machine, speed, pulses):
 def test_pulses_that_no_sampling_tells_apart_are_refused(machine):
     toothed = changed(machine, keyphasor=machine.keyphasor.model_copy(update={"pulses_per_revolution": 60}))
     with pytest.raises(
-        InputError, match="60 pulses a revolution at 200 Hz are 12000 a second.* sample at 96000 Hz or faster"
+        InputError, match="60 pulses per revolution at 200 Hz are 12000 per second.* sample at 96000 Hz or faster"
     ):
         simulate(toothed, DropPlan(200.0, 0.01))

@@ -376,7 +376,7 @@ def test_frequencies_over_support_stiffness_run_from_rigid_to_pinned():
 @pytest.mark.parametrize(
     ("call", "words"),
     [
-        (lambda model: free_free(model, 500), "elastic modes a plane"),
+        (lambda model: free_free(model, 500), "elastic modes per plane"),
         (lambda model: free_free(model, -1), "bending modes"),
         (lambda model: free_free(model, 2, attach=(0.1, 0.1)), "the same"),
         (lambda model: free_free(model, 2, attach=(3.0,)), "outside the shaft"),

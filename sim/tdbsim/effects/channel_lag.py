@@ -22,12 +22,12 @@ class ChannelLag(Effect):
     """Reading(t) = true reading(t - delay)."""
 
     title: ClassVar = "channel lag"
-    what: ClassVar = "A channel is late against the others."
+    what: ClassVar = "A channel lags behind the others."
     place: ClassVar = Place.PROBE
-    signature: ClassVar = "The channel's phase falls behind in proportion to frequency; its contacts come late."
+    signature: ClassVar = "The channel's phase lag grows in proportion to frequency; its contacts appear late."
     on_the_machine: ClassVar = "Feed one signal into all channels at once, and compare filters, cables and sampling."
 
-    delay: float = parameter("us", 0.0, (0.0, 20000.0), 500.0, "by how much it is late", si="s")
+    delay: float = parameter("us", 0.0, (0.0, 20000.0), 500.0, "time by which it lags", si="s")
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         link = chain.of(self.where)

@@ -24,13 +24,13 @@ class CrossCoupledStiffness(Effect):
     title: ClassVar = "cross-coupled stiffness"
     what: ClassVar = "A seal or wheel feeds energy into forward whirl."
     place: ClassVar = Place.PLANE
-    signature: ClassVar = "Work is done on the lateral motion; the rotor is pushed sideways of its displacement."
+    signature: ClassVar = "Work is done on the lateral motion; a force acts perpendicular to the rotor's displacement."
     on_the_machine: ClassVar = (
         "Compare the seals' clearances and swirl brakes with the drawing, and the damping of forward with that of "
         "backward whirl while levitated."
     )
 
-    stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 2e5, "positive feeds whirl in the sense of rotation")
+    stiffness: float = parameter("N/m", 0.0, (0.0, 5e6), 2e5, "positive drives forward whirl")
 
     def modify(self, draft: Draft) -> None:
         shape = draft.modes.at(planes(draft.machine)[self.where])

@@ -23,12 +23,12 @@ class FoundationMode(Effect):
     """The support is mounted on a mass on a spring and damper; with infinite stiffness the foundation is rigid."""
 
     title: ClassVar = "foundation mode"
-    what: ClassVar = "The support stands on something that moves: one more mass and spring under it."
+    what: ClassVar = "The support stands on a flexible foundation: one more mass and spring under it."
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True
     signature: ClassVar = "A line at the foundation's frequency; the support moves more per newton."
     on_the_machine: ClassVar = (
-        "Knock at the pedestal beside an accelerometer: it rings at that frequency; then check grout and bolts."
+        "Tap the pedestal near an accelerometer: it rings at that frequency; then check grout and bolts."
     )
 
     stiffness: float = parameter("N/m", math.inf, (1e5, 1e12), 3e7, "of the foundation, in each direction")

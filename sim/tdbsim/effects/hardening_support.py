@@ -23,10 +23,10 @@ class HardeningSupport(Effect):
     title: ClassVar = "hardening support"
     what: ClassVar = "The support's stiffness grows with deflection."
     place: ClassVar = Place.BEARING_OR_BOTH
-    signature: ClassVar = "Hard hits move the support less than in proportion to their force."
+    signature: ClassVar = "Hard impacts move the support less than in proportion to their force."
     on_the_machine: ClassVar = (
-        "Press the outer ring with known forces against a dial gauge: its deflection falls behind; look for a mount "
-        "that bottoms."
+        "Press the outer ring with known forces and read a dial gauge: the deflection"
+        " grows less than the force; look for a mount that bottoms out."
     )
     rise: ClassVar = 1.1
     slots: ClassVar = 1

@@ -28,18 +28,18 @@ class LooseSupport(Effect):
     title: ClassVar = "loose support"
     what: ClassVar = "The bearing has play in its housing: soft within the play, stiff beyond it."
     place: ClassVar = Place.BEARING
-    signature: ClassVar = "The support moves by about the play under little force; deeper contacts."
+    signature: ClassVar = "The support moves by about the play under a small force; contacts are deeper."
     on_the_machine: ClassVar = (
-        "Push and lift the outer ring at rest against a dial gauge: it moves by the play; then check seat, bolts "
+        "Push and lift the outer ring at standstill and read a dial gauge: it moves by the play; then check seat, bolts "
         "and resilient mount."
     )
     rise: ClassVar = 1.2
     slots: ClassVar = 4
 
     play: float = parameter(
-        "um", 0.0, (0.0, 200.0), 20.0, "radial distance from the middle to where it is stiff", si="m"
+        "um", 0.0, (0.0, 200.0), 20.0, "radial distance from the centre to where the support is stiff", si="m"
     )
-    stiffness_ratio: float = parameter("1", 0.1, (0.001, 1.0), 0.1, "stiffness within the play over that beyond it")
+    stiffness_ratio: float = parameter("1", 0.1, (0.001, 1.0), 0.1, "ratio of the stiffness within the play to that beyond it")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         row, missing = draft.arrays.end[end], 1 - self.stiffness_ratio

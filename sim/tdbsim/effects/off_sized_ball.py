@@ -27,11 +27,11 @@ class OffSizedBall(Effect):
     rise: ClassVar = 1.1
     signature: ClassVar = "One ball carries more or less than the others; lines at cage speed."
     on_the_machine: ClassVar = (
-        "Turn the inner ring slowly by hand under a dial gauge: an odd ball repeats with the cage, about 0.4 of a "
-        "turn a turn; then measure the balls."
+        "Turn the inner ring slowly by hand under a dial gauge: an odd ball repeats with the cage,"
+        " about 0.4 turns per turn of the ring; then measure the balls."
     )
 
-    deviation: float = parameter("um", 0.0, (-50.0, 50.0), 10.0, "diameter less the others'", si="m")
+    deviation: float = parameter("um", 0.0, (-50.0, 50.0), 10.0, "diameter minus that of the others", si="m")
     ball: float = parameter(
         "1", 1.0, (1.0, 60.0), 1.0, "number of the ball, 1 at the cage's angle", whole=True, per_drop=True
     )

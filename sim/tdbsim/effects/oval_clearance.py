@@ -27,9 +27,9 @@ class OvalClearance(Effect):
     title: ClassVar = "oval clearance"
     what: ClassVar = "The gap is not round in the fixed frame: a two-lobed seat, worn at the bottom."
     place: ClassVar = Place.BEARING
-    signature: ClassVar = "The orbits' limit is an oval; in contact the force leans off the displacement."
+    signature: ClassVar = "The limit of the orbits is an oval; in contact the force is not along the displacement."
     on_the_machine: ClassVar = (
-        "Move the rotor with the magnetic bearings once round the clearance: what limits it is an oval; then "
+        "Move the rotor with the magnetic bearings once around the clearance: its limit is an oval; then "
         "measure seat and bore in several directions."
     )
     slots: ClassVar = 3

@@ -24,14 +24,14 @@ class ProbeAngle(Effect):
     title: ClassVar = "probe angle"
     what: ClassVar = "A probe does not stand at the angle on the drawing."
     place: ClassVar = Place.PROBE
-    signature: ClassVar = "The channel holds some of the motion across its axis."
+    signature: ClassVar = "The channel contains part of the motion perpendicular to its axis."
     on_the_machine: ClassVar = (
-        "Move the levitated rotor along x and y of that plane: the probe sees motion across it; then compare its "
+        "Move the levitated rotor along x and y of that plane: the probe sees motion perpendicular to its axis; then compare its "
         "mounting with the drawing."
     )
 
     error: float = parameter(
-        "deg", 0.0, (-45.0, 45.0), 8.0, "true angle less the drawing's, from +x towards +y", si="rad"
+        "deg", 0.0, (-45.0, 45.0), 8.0, "true angle minus that of the drawing, from +x towards +y", si="rad"
     )
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:

@@ -26,13 +26,13 @@ class ProbeCrosstalk(Effect):
     what: ClassVar = "One channel of an end leaks into the other."
     place: ClassVar = Place.END
     once: ClassVar = True
-    signature: ClassVar = "A channel holds some of the other one's motion; the axes seem not square."
+    signature: ClassVar = "A channel contains part of the other one's motion; the axes do not seem perpendicular."
     on_the_machine: ClassVar = (
-        "Disconnect the other probe of the end and move the levitated rotor: what leaks goes with it."
+        "Disconnect the other probe of the end and move the levitated rotor: the crosstalk disappears with it."
     )
 
-    factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "part of the one channel that is added to the other")
-    into: str = choice(("second", "first"), "the channel that is leaked into")
+    factor: float = parameter("1", 0.0, (-0.5, 0.5), 0.1, "fraction of one channel that is added to the other")
+    into: str = choice(("second", "first"), "the channel that receives it")
 
     def sense(self, chain: SensorChain, machine: Machine, sampling: float) -> SensorChain:
         if self.is_off:

@@ -24,7 +24,7 @@ class ProbeGain(Effect):
     title: ClassVar = "probe gain"
     what: ClassVar = "A displacement channel reads too much or too little."
     place: ClassVar = Place.PROBE
-    signature: ClassVar = "One channel's motion is larger or smaller than the others' leads to expect, at all times."
+    signature: ClassVar = "One channel's motion is always larger or smaller than the others predict."
     on_the_machine: ClassVar = (
         "Calibrate the probe, its cable and its driver together against a micrometer, on the shaft's own material."
     )

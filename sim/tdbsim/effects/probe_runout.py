@@ -26,16 +26,16 @@ class ProbeRunout(Effect):
     place: ClassVar = Place.END
     signature: ClassVar = "1X and 2X in the channels of an end that stay the same at every speed."
     on_the_machine: ClassVar = (
-        "Turn the rotor slowly and record the probes: runout stays as it is; then look at the track that they see."
+        "Turn the rotor slowly and record the probes: runout does not change; then inspect the probe track."
     )
 
-    first: float = parameter("um", 0.0, (0.0, 100.0), 5.0, "0-pk amplitude once a revolution", si="m")
+    first: float = parameter("um", 0.0, (0.0, 100.0), 5.0, "0-pk amplitude at 1X", si="m")
     first_phase: float = parameter(
-        "deg", 0.0, (-360.0, 360.0), 0.0, "crest on the shaft from the mark", si="rad", per_drop=True
+        "deg", 0.0, (-360.0, 360.0), 0.0, "angle of its crest on the shaft from the mark", si="rad", per_drop=True
     )
-    second: float = parameter("um", 0.0, (0.0, 100.0), 3.0, "0-pk amplitude twice a revolution", si="m")
+    second: float = parameter("um", 0.0, (0.0, 100.0), 3.0, "0-pk amplitude at 2X", si="m")
     second_phase: float = parameter(
-        "deg", 0.0, (-360.0, 360.0), 0.0, "a crest on the shaft from the mark", si="rad", harmonic=2, per_drop=True
+        "deg", 0.0, (-360.0, 360.0), 0.0, "angle of a crest on the shaft from the mark", si="rad", harmonic=2, per_drop=True
     )
 
     @property

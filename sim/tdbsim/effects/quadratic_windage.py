@@ -27,13 +27,13 @@ class QuadraticWindage(Effect):
     title: ClassVar = "quadratic windage"
     what: ClassVar = "The speed does not fall exponentially: drag grows with speed squared."
     place: ClassVar = Place.ROTOR
-    signature: ClassVar = "At high speed the deceleration over speed is greater than at low speed."
-    on_the_machine: ClassVar = "Compare pressure and kind of the gas about the rotor with those of earlier coast-downs."
+    signature: ClassVar = "The ratio of deceleration to speed is greater at high speed than at low speed."
+    on_the_machine: ClassVar = "Compare pressure and kind of the gas around the rotor with those of earlier coast-downs."
     rise: ClassVar = 1.1
     slots: ClassVar = 2
 
-    share: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "part of the drag at the reference speed that is quadratic")
-    reference_speed: float = parameter("Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the drag stays as it was")
+    share: float = parameter("1", 0.0, (0.0, 1.0), 0.5, "quadratic fraction of the drag at the reference speed")
+    reference_speed: float = parameter("Hz", 100.0, (1.0, 5000.0), 100.0, "speed at which the total drag is unchanged")
 
     @classmethod
     def can_act(cls, machine: Machine) -> bool:

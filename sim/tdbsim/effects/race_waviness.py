@@ -28,13 +28,13 @@ class RaceWaviness(Effect):
 
     title: ClassVar = "race waviness"
     what: ClassVar = (
-        "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed. Several orders, in one race or in"
-        " both: give it several times."
+        "A raceway is wavy: the ball loads are modulated at multiples of ring or cage speed."
+        " For several orders, in one race or in both, give the effect several times."
     )
     place: ClassVar = Place.BEARING
     signature: ClassVar = "Ball loads follow the waves of the race; lines at multiples of ring or cage speed."
     on_the_machine: ClassVar = (
-        "Turn the inner ring slowly by hand under a dial gauge: waves of a race repeat with the balls that pass; "
+        "Turn the inner ring slowly by hand under a dial gauge: waves of a race repeat with the passing balls; "
         "then look at the races for dents."
     )
     slots: ClassVar = 4
@@ -42,7 +42,7 @@ class RaceWaviness(Effect):
     fixed_by: ClassVar = {"race": "outer"}
 
     amplitude: float = parameter("um", 0.0, (0.0, 20.0), 5.0, "0-pk height of the waves", si="m")
-    order: float = parameter("1", 2.0, (1.0, 30.0), 2.0, "waves around the race", whole=True)
+    order: float = parameter("1", 2.0, (1.0, 30.0), 2.0, "number of waves around the race", whole=True)
     phase: float = parameter(
         "deg", 0.0, (-360.0, 360.0), 0.0, "of the waves in the race at the release", si="rad", per_drop=True
     )

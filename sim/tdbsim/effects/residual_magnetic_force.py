@@ -23,18 +23,18 @@ class ResidualMagneticForce(Effect):
     """
 
     title: ClassVar = "residual magnetic force"
-    what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and soft."
+    what: ClassVar = "The magnetic force does not vanish at switch-off but decays, so the fall starts late and gently."
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "At the release the rotor accelerates by less than gravity; the first contact comes late."
     on_the_machine: ClassVar = (
-        "Record the coils' currents at the release: they should die as fast as the amplifiers' shut-down has it."
+        "Record the coils' currents at the release: they should decay as fast as the amplifiers' shut-down specifies."
     )
     slots: ClassVar = 2
 
     decay_time: float = parameter(
-        "ms", 0.0, (0.0, 50.0), 2.0, "time in which the force falls to 1/e, by the linear law to nothing", si="s"
+        "ms", 0.0, (0.0, 50.0), 2.0, "time in which the force falls to 1/e, or with the linear law to zero", si="s"
     )
-    law: str = choice(("exponential", "linear"), "how the force fades")
+    law: str = choice(("exponential", "linear"), "law of the decay")
 
     def coefficients(self, draft: Draft, end: int) -> tuple[float, ...]:
         return self.decay_time, 1.0 if self.law == "linear" else 0.0

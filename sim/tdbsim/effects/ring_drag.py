@@ -27,7 +27,7 @@ class RingDrag(Effect):
     builds_up: ClassVar = True
     signature: ClassVar = "The ring lags behind the shaft; slip and rubbing last longer."
     on_the_machine: ClassVar = (
-        "Turn the inner ring by hand, and measure the torque that keeps it turning beside a new bearing's; look for "
+        "Turn the inner ring by hand, and compare the torque that keeps it turning with that of a new bearing; look for "
         "dried grease and dents."
     )
     slows: ClassVar = True

@@ -30,8 +30,8 @@ class ShaftBow(Effect):
     place: ClassVar = Place.ROTOR
     signature: ClassVar = "A synchronous orbit that stays when the speed falls."
     on_the_machine: ClassVar = (
-        "Turn the rotor slowly and record the probes: a bow stays as it is, and lies on one curve at all planes; "
-        "repeat after an even soak."
+        "Turn the rotor slowly and record the probes: a bow does not change, and all planes lie on one curve;"
+        " repeat when the temperature is uniform."
     )
     rise: ClassVar = 1.2
 
@@ -41,7 +41,7 @@ class ShaftBow(Effect):
     )  # fmt: skip
     phase: float = parameter("deg", 0.0, (-360.0, 360.0), 0.0, "direction of the bow from the mark", si="rad")
     shape: str = choice(
-        ("even", "bending_mode"), "curved evenly all along, or as the first bending mode of the free shaft"
+        ("even", "bending_mode"), "uniform curvature, or the first bending mode of the free shaft"
     )
 
     def modify(self, draft: Draft) -> None:

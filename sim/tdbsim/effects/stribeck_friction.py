@@ -31,15 +31,15 @@ class StribeckFriction(Effect):
     what: ClassVar = "Friction falls from a static to a sliding value with slip speed."
     place: ClassVar = Place.BEARING_OR_BOTH
     builds_up: ClassVar = True
-    signature: ClassVar = "As ring and shaft come to one speed, friction grows: the ring catches up in a jerk."
+    signature: ClassVar = "As the ring approaches shaft speed, friction grows: the ring catches up with a jerk."
     on_the_machine: ClassVar = (
-        "Look at journal and ring: lubricant, coating and track of what rubs; compare their pairing with the design."
+        "Inspect journal and ring: lubricant, coating and rub track; compare the material pairing with the design."
     )
     slots: ClassVar = 3
 
-    static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient less the sliding one")
+    static_excess: float = parameter("1", 0.0, (-0.5, 1.0), 0.2, "static coefficient minus the sliding one")
     stribeck_speed: float = parameter(
-        "m/s", 3.0, (0.05, 50.0), 3.0, "slip at which the excess has fallen to 1/e", further=(9.0,)
+        "m/s", 3.0, (0.05, 50.0), 3.0, "slip speed at which the excess has fallen to 1/e", further=(9.0,)
     )
     law: str = choice(("exponential", "gaussian"), "how the excess falls with slip")
 

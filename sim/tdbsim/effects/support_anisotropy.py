@@ -26,14 +26,16 @@ class SupportAnisotropy(Effect):
     what: ClassVar = "The support is softer (or stiffer) in one direction."
     place: ClassVar = Place.BEARING_OR_BOTH
     once: ClassVar = True
-    signature: ClassVar = "More support motion per newton in one direction than across it."
+    signature: ClassVar = "More support motion per newton in one direction than perpendicular to it."
     on_the_machine: ClassVar = (
-        "Press the outer ring along x and along y with the same force against a dial gauge; then look at joints, "
+        "Press the outer ring along x and along y with the same force and read a dial gauge; then inspect joints, "
         "bolts and feet on the softer side."
     )
     rise: ClassVar = 1.3
 
-    ratio: float = parameter("1", 1.0, (0.02, 50.0), 0.4, "stiffness along the direction over that across it")
+    ratio: float = parameter(
+        "1", 1.0, (0.02, 50.0), 0.4, "ratio of the stiffness along the direction to that perpendicular to it"
+    )
     direction: float = parameter("deg", 0.0, (-180.0, 180.0), 0.0, "from +x towards +y", si="rad", harmonic=2)
 
     def modify(self, draft: Draft) -> None:

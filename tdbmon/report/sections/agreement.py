@@ -29,9 +29,9 @@ def section(fitted: FittedDrop) -> Section:
     horizon = f"{found.fitted_to * 1e3:.0f} ms"
     blocks: list[Block] = [
         Paragraph(
-            f"The fitted model, simulated on from its state at the release. To {horizon} the agreement was sought by the fit;"
-            f" what follows was not fitted. Neighbouring paths with impacts part exponentially: here they are e times as"
-            f" far apart after each {1e3 / rate:.0f} ms. Beyond the first contacts a small error of the model or of a fitted"
+            f"The fitted model, simulated from its state at the release. Up to {horizon} it was fitted to the record;"
+            f" what follows was not fitted. Neighbouring paths with impacts diverge exponentially, here by a factor of e every"
+            f" {1e3 / rate:.0f} ms. Beyond the first contacts a small error of the model or of a fitted"
             " value grows into a different path, and only statistics of the two can be compared."
         ),
         _residuals(found),
@@ -48,7 +48,7 @@ def section(fitted: FittedDrop) -> Section:
             Figure(
                 "orbits-against-simulated",
                 "The same as orbits, with the fitted clearance circle and the sense of rotation.",
-                "For each end, the measured and the simulated orbit, as far as was fitted and on from there.",
+                "For each end, the measured and the simulated orbit, up to the end of the fit and beyond.",
                 partial(orbits_against_simulated, found, fitted.calibration.machine.sense, runout),
             ),
             *(_contacts(end, found.fitted_to) for end in found.ends.values()),
@@ -67,7 +67,7 @@ def _residuals(found: Agreement) -> Table:
         ]
         scope = "" if each.horizon <= found.fitted_to + 1e-9 else " (not fitted)"
         rows.append(Row((f"{each.horizon * 1e3:.0f} ms{scope}", f"{each.ratio:.2f}", *cells)))
-    caption = "Residual from the release on: rms, and the same over the noise of the probe (1 where only noise is left)"
+    caption = "Residual from the release on: rms, and its ratio to the noise of the probe (1 for noise alone)"
     return Table(caption, ("To, after the release", "All probes", *probes), tuple(rows))
 
 
@@ -89,8 +89,8 @@ def _contacts(end: EndAgreement, fitted_to: float) -> Table:
         rows.append(Row(cells))
     more = len(end.contacts) - _LISTED
     caption = (
-        f"{end.end}: contacts from the release, both by the passing of {end.touching * 1e6:.1f} µm, at which the shaft touches"
-        " a ring that hangs at the bottom of its balls; the force is the model's own"
+        f"{end.end}: contacts after the release, both detected where the displacement exceeds {end.touching * 1e6:.1f} µm, at"
+        " which the shaft touches a ring that hangs at the bottom of its balls; the force is that of the model"
         + (f"; {more} more follow" if more > 0 else "")
     )
     return Table(caption, ("Contact", "Measured", "Simulated", "Simulated later by", "Simulated force"), tuple(rows))
@@ -105,10 +105,10 @@ def _friction(choice: FrictionChoice) -> list[Block]:
 
     beside = "; ".join(f"{words(value)}{why_no_interval(value)} at {end}" for end, value in choice.fitted.items())
     fitted = any(value.low is not None for value in choice.fitted.values())
-    rule = "Least squares, each end by itself" if fitted else "Least squares left the friction as it is stated"
+    rule = "Least squares, each end separately" if fitted else "Least squares held the friction at its stated value"
     at = list(choice.tried).index(choice.chosen)
     edge = (
-        f" {'Least' if at == 0 else 'Greatest'} of those tried: the nearest may lie beyond." if choice.at_edge else ""
+        f" It is the {'least' if at == 0 else 'greatest'} one tried: the best may lie beyond." if choice.at_edge else ""
     )
     near = "; ".join(
         f"{end}: {choice.distance[end][at] * 1e6:.1f} µm rms apart, deepest {choice.deepest[end][at] * 1e6:.0f} µm against"
@@ -118,15 +118,15 @@ def _friction(choice: FrictionChoice) -> list[Block]:
     return [
         Paragraph(
             f"Friction by sensitivity: of {len(choice.tried)} coefficients, the same at both ends, {choice.chosen:.3f} brings"
-            f" the orbits of the first {choice.seconds * 1e3:.0f} ms nearest to the measured ones ({near}).{edge} This is the way"
-            " of N. Neisi's dissertation (sec. 3.1); it has no interval, and since all else stays as fitted it is no independent"
-            f" proof. {rule}: {beside}."
+            f" the orbits of the first {choice.seconds * 1e3:.0f} ms nearest to the measured ones ({near}).{edge} This is the"
+            " method of N. Neisi's dissertation (sec. 3.1). It has no interval, and it is no independent proof, since all other"
+            f" values stay as fitted. {rule}: {beside}."
         ),
         Figure(
             "friction-choice",
-            "Distance between simulated and measured orbit, and deepest excursion, as the friction is varied. Away from the"
-            " best coefficient contacts come at other times, and the curves are rough; the deepest excursion may hardly depend on"
-            " it.",
+            "Distance between simulated and measured orbit, and deepest excursion, against the coefficient of friction. Away"
+            " from the best coefficient the contacts shift in time, and the curves are rough; the deepest excursion may hardly"
+            " depend on friction.",
             "For each end, distance of the orbits and deepest excursion against the coefficient of friction.",
             partial(friction_choice, choice),
         ),

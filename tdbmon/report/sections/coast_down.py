@@ -43,8 +43,8 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
     blocks: list[Block] = [
         Paragraph(
             f"The calibrated model, simulated to the record's end and recorded by sensors with the same noise; both records"
-            f" went through the same analysis. Only the first {fitted_to * 1e3:.0f} ms were fitted: all that follows is"
-            " foretold. Paths with impacts part within the first tenths of a second, so that amplitudes after them agree in"
+            f" went through the same analysis. Only the first {fitted_to * 1e3:.0f} ms were fitted: all that follows is a"
+            " prediction. Paths with impacts diverge within the first tenths of a second, so that later amplitudes agree in"
             f" size at best. The simulation took {whole.took:.0f} s of processor time."
         ),
         Paragraph(parting(found)),
@@ -56,16 +56,16 @@ def section(whole: CoastDown, natural: NaturalFrequencies, fitted_to: float) -> 
     blocks += [
         Figure(
             "coast-down",
-            "Speed, what simulation and measurement differ by (in Hz and in percent), and the rms of the displacement at each"
-            " end. Its last level is noise and runout.",
+            "Speed, difference between simulation and measurement (in Hz and in percent), and rms displacement at each"
+            " end. Its final level is noise and runout.",
             "Speed and rms displacement against time, measured and simulated.",
             partial(coast_down, found, runout),
         ),
         Figure(
             "coast-down-waterfalls",
-            "Waterfalls of the measured and of the simulated record with one scale of colours. What stands upright is a swing"
-            " or another mode of the resting rotor and their combinations; what bends follows the speed. The mains and whatever"
-            " else only the record has is missing on the right.",
+            "Waterfalls of the measured and of the simulated record with one scale of colours. Vertical lines are swings,"
+            " other modes of the resting rotor and their combinations; curved lines follow the speed. The mains and all else that"
+            " only the record contains is missing on the right.",
             "Maps of amplitude over frequency and time, measured on the left and simulated on the right.",
             partial(coast_down_waterfalls, whole),
         ),
@@ -100,10 +100,10 @@ def parting(found: Course) -> str:
             )
         )
     said.append(
-        f"The rms of the motion in windows of a second is apart by more than a factor of {MOTION_APART:g} for the first time"
+        f"The rms of the motion in windows of a second differs by more than a factor of {MOTION_APART:g} for the first time"
         f" {found.motion_parts:.0f} s after the release."
         if found.motion_parts is not None
-        else f"The rms of the motion in windows of a second is nowhere apart by more than a factor of {MOTION_APART:g}."
+        else f"The rms of the motion in windows of a second nowhere differs by more than a factor of {MOTION_APART:g}."
     )
     return " ".join(said)
 
@@ -112,8 +112,8 @@ def _scalars(whole: CoastDown) -> Table:
     from tdbmon.identify.coast_down_comparison import scalars
 
     rows = tuple(Row((name, words(a), words(b), _apart(a, b))) for name, a, b in scalars(whole))
-    header = ("Quantity", "Measured", "Simulated", "Error of the simulated")
-    return Table("Both records, analysed alike (95 % intervals of the analysis)", header, rows)
+    header = ("Quantity", "Measured", "Simulated", "Error of the simulation")
+    return Table("Both records, analysed in the same way (95 % intervals of the analysis)", header, rows)
 
 
 def _apart(measured: Estimate, simulated: Estimate) -> str:
@@ -166,5 +166,5 @@ def _resonances(passed: tuple[Resonance, ...]) -> Table:
         )
         for each in passed
     )
-    caption = "Resonances passed: speed computed, and the peak of the order's circle within a tenth of it"
+    caption = "Resonances passed: computed speed, and the peak of the order's circular amplitude within a tenth of it"
     return Table(caption, ("Resonance", "Computed", "Measured", "Simulated"), rows)

@@ -16,18 +16,19 @@ def section(since: Reference) -> Section:
     known = f"Verdict: {before.verdict.kind}."
     if shown:
         stands = [free.words for free in before.verdict.accused[0].problem.free if not free.of_each_drop]
-        has = f"has {' and '.join(stands)}" if stands else "does not have it, since it lies otherwise in every drop"
-        known = f"They show {shown} already; the model of the later drops {has}."
+        differs = "does not include it, since its angle or number differs from drop to drop"
+        has = f"includes {' and '.join(stands)}" if stands else differs
+        known = f"They already show {shown}; the model of the later drops {has}."
     blocks: list[Block] = [Paragraph(f"Reference: {', '.join(names)}. {known}")]
     if since.changes:
         rows = tuple(Row((each.name, words(each.before), words(each.since))) for each in since.changes)
-        blocks.append(Table("Values of the machine that moved", ("Value", "Reference", "Since"), rows))
+        blocks.append(Table("Values of the machine that changed", ("Value", "Reference", "Since"), rows))
     if since.not_compared:
         blocks.append(Paragraph(f"Not compared: {since.not_compared}."))
     if since.compares and not since.changes:
         blocks.append(
             Paragraph(
-                f"No {'other ' if since.not_compared else ''}value of the machine moved by more than {APART:g} times the half"
+                f"No {'other ' if since.not_compared else ''}value of the machine changed by more than {APART:g} times the half"
                 " widths of both intervals and by half of its tolerance (a ball clearance: by all of it)."
             )
         )

@@ -17,14 +17,14 @@ def plain(evidence: Evidence) -> Section:
     blocks: list[Block] = [
         Paragraph(
             f"The plain model was fitted to {drops}, within the tolerances of the machine file, to"
-            f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. It leaves {diagnosis.plain.times_noise} times what noise"
-            " would (mean square of the whitened residuals, great ones counted less, with an allowance for how simulations"
-            " with impacts grow apart). A fit spreads what a model lacks over all it may move: what is left before the first"
-            " contact, too, may come from an effect that acts only later."
+            f" {diagnosis.plain.horizon * 1e3:.0f} ms after the release. Its misfit is {diagnosis.plain.times_noise} times that"
+            " of noise alone (mean square of the whitened residuals, large ones weighted less, with an allowance for how"
+            " simulations with impacts diverge). A fit spreads what a model lacks over all values that it may change: even a"
+            " residual before the first contact may come from an effect that acts only later."
         ),
         Figure(
             "measured-against-plain",
-            "Each probe's reading with the simulations over it, and below it what they leave, with twice the noise in grey."
+            "Each probe's reading with the simulations over it, and below it the residuals, with twice the noise in grey."
             + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
             partial(measured_against_simulated, evidence.left, evidence.shown),
@@ -45,15 +45,15 @@ def extended(evidence: Evidence) -> Section | None:
     from tdbmon.figures.measured_against_simulated import measured_against_simulated
 
     believed = evidence.diagnosis.verdict.believes
-    what = "The likeliest model" if believed else "The best model that was found, which is not believed,"
+    what = "The likeliest model" if believed else "The best model found, which is not accepted,"
     blocks: list[Block] = [
         Paragraph(
-            f"{what} adds {model.words}. Fitted to the same {_drops(evidence)} to {model.horizon * 1e3:.0f} ms, it leaves"
-            f" {model.times_noise} times what noise would."
+            f"{what} adds {model.words}. Fitted to the same {_drops(evidence)} to {model.horizon * 1e3:.0f} ms, its misfit"
+            f" is {model.times_noise} times that of noise alone."
         ),
         Figure(
             "measured-against-extended",
-            "As above with the extended model alone, so that the scale of what is left is its own."
+            "As above, with the extended model only, so that its residual has its own scale."
             + evidence.selection,
             "For some drops and every probe, measured and simulated displacement against time, and the difference.",
             partial(measured_against_simulated, {EXTENDED: evidence.extended_left}, evidence.shown),

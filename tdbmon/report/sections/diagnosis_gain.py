@@ -15,7 +15,7 @@ def section(evidence: Evidence) -> Section | None:
     diagnosis = evidence.diagnosis
     if all(not each.causes for each in diagnosis.contenders):
         return None
-    title = "Gain on a drop held out"
+    title = "Gain on a held-out drop"
     proof = diagnosis.proof
     if proof is None:
         return Section(title, (Paragraph("No drop could be held out, so no gain is proved."),))
@@ -24,27 +24,27 @@ def section(evidence: Evidence) -> Section | None:
     believed = diagnosis.verdict.believes
     tone: Tone = "attention" if not believed else "good" if diagnosis.verdict.doubt is None else "plain"
     if proof.gain is None:
-        said = Verdict(f"The plain model leaves hardly more than noise there: {_beside_readings(proof)}.")
+        said = Verdict(f"The residual of the plain model is hardly more than noise there: {_beside_readings(proof)}.")
     elif proof.gain < 0:
         said = Verdict("The extended model does worse there than the plain one.", "attention")
     else:
         said = Verdict(
-            f"The extended model takes away {percent(proof.gain, 1)} of what the plain one leaves there beyond the noise."
-            + ("" if believed else " The verdict says why it is not believed all the same.")
-            + ("" if diagnosis.verdict.doubt is None else " The verdict says how far it is believed."),
+            f"The extended model removes {percent(proof.gain, 1)} of the plain model's residual beyond the noise there."
+            + ("" if believed else " The verdict says why it is not accepted all the same.")
+            + ("" if diagnosis.verdict.doubt is None else " The verdict says how certain it is."),
             tone,
         )
     without = proof.drop if len(proof.drops) == 1 else f"each of {proof.drop} in turn"
     how = {
-        Judge.READINGS: f"Both models were fitted again without {without}; of that drop only what is its own was then"
+        Judge.READINGS: f"Both models were fitted again without {without}. For that drop only its own values were then"
         " fitted: position and velocity at the release, shaft and cage angles, offsets of the probes. Machine and effect are"
         " those of the other drops.",
         Judge.ARC: f"For {proof.drop}, each in turn, the effect's size and the factor of the simulated lag are those of the"
-        " other drops. What is left of the shaft's angle is given as the arc that the journal has turned.",
+        " other drops. The residual of the shaft's angle is given as the arc that the journal has turned.",
         Judge.REST: f"For {proof.drop}, each in turn, the effect's values are those with which the rest of the other drops'"
-        " records is most like its simulations. What is left is measured less simulated, in the mean over the rest of the"
-        " record: where each probe sees the shaft, and how far it whirls with its turning. The noise is how far"
-        f" simulations lie apart. The sum of squared departures, all drops together, is {proof.plain_misfit:.1f} without the"
+        " records agrees best with its simulations. The residual is measured less simulated, averaged over the rest of the"
+        " record: the shaft's position at each probe, and its 1X whirl. The noise is the scatter of the"
+        f" simulations. The sum of squared deviations of all drops is {proof.plain_misfit:.1f} without the"
         f" effect and {proof.extended_misfit:.1f} with it.",
     }
     blocks: list[Block] = [
@@ -52,8 +52,8 @@ def section(evidence: Evidence) -> Section | None:
         said,
         Figure(
             "extended-gain",
-            f"Residual of the {proof.judge}: what each model leaves.",
-            "Three bars: what the plain model leaves, what the extended one leaves, and the noise.",
+            f"Residual of the {proof.judge} with each model.",
+            "Three bars: residual of the plain model, residual of the extended model, and the noise.",
             partial(extended_gain, proof),
         ),
     ]
@@ -65,13 +65,13 @@ def section(evidence: Evidence) -> Section | None:
 def _beside_readings(proof: HeldOut) -> str:
     """Return the evidence for a cause when the readings leave hardly any misfit to reduce."""
     if proof.clear_in_each:
-        return "readings hardly show a gain; all that is known of each drop does, by the share in the last column below"
-    return "means over all drops hardly show a gain" if proof.seen else "there is nothing to gain"
+        return "the readings hardly show a gain; all data of each drop together do, by the share in the last column below"
+    return "means over all drops hardly show a gain" if proof.seen else "no gain is possible"
 
 
 def _table(proof: HeldOut) -> Table:
     """Return a table of the residuals of each of several held-out drops."""
-    header = ("Drop held out", "Plain [µm rms]", "Extended [µm rms]", "Noise [µm rms]", "Less misfit")
+    header = ("Held-out drop", "Plain [µm rms]", "Extended [µm rms]", "Noise [µm rms]", "Less misfit")
     rows = (
         Row(
             (
@@ -83,7 +83,7 @@ def _table(proof: HeldOut) -> Table:
         for each in proof.each
     )
     caption = (
-        "Each drop held out by itself. The misfit is the sum of squares in units of the noise, noise included; it counts the"
-        " speed and the levitated stretch too"
+        "Each drop held out in turn. The misfit is the sum of squares in units of the noise, noise included; it also"
+        " contains the speed and the levitated stretch"
     )
     return Table(caption, header, tuple(rows))

@@ -34,9 +34,9 @@ def section(evidence: Evidence) -> Section | None:
     else:
         beside = (
             Paragraph(
-                f"With {diagnosis.best.causes[-1].words} the squared departures of amplitude and places sum to"
-                f" {departure_of(records):.1f}, without to {departure_of(diagnosis.late_before):.1f}. All are counted in the"
-                " spread of the simulations without: a wider band is no nearer one."
+                f"With {diagnosis.best.causes[-1].words} the squared deviations of amplitude and position sum to"
+                f" {departure_of(records):.1f}, without to {departure_of(diagnosis.late_before):.1f}. All are in units of the"
+                " spread of the simulations without this cause, so that a wider spread is no advantage."
             ),
             *_beside(
                 diagnosis.late_before,
@@ -53,8 +53,8 @@ def section(evidence: Evidence) -> Section | None:
         "The rest of the record",
         (
             Paragraph(
-                "Neighbouring paths with impacts part, so later readings are not compared one by one. How far the shaft whirls"
-                " with its turning, and where it stays on average, is compared with simulations of each drop"
+                "Neighbouring paths with impacts diverge, so later readings are not compared sample by sample. The 1X whirl of"
+                " the shaft and its mean position are compared with simulations of each drop"
                 f" ({len(records[0].whirls)}, from points drawn about the fit). {_would_tell(len(records))}"
             ),
             *beside,
@@ -65,11 +65,11 @@ def section(evidence: Evidence) -> Section | None:
 def _would_tell(drops: int) -> str:
     """Return the criteria by which a departure of the late record is significant."""
     if drops < LEAST_DROPS:
-        return "One drop by itself is not judged by that."
+        return "A single drop is not judged by this."
     return (
-        f"A whirl whose amplitude (to one side) or vector departs by {WHIRLS_OTHERWISE:g} standard deviations in half of the"
-        f" drops, or a probe whose readings depart by {STAYS_ELSEWHERE:g} on average over the drops, or either by"
-        f" {IN_ONE_DROP:g} in one of several drops, would tell that something acts which the model lacks."
+        f"If the amplitude of the whirl (to one side) or its vector deviates by {WHIRLS_OTHERWISE:g} standard deviations in half"
+        f" of the drops, or a probe's readings by {STAYS_ELSEWHERE:g} on average over the drops, or either by"
+        f" {IN_ONE_DROP:g} in one of several drops, something acts that the model lacks."
     )
 
 
@@ -98,16 +98,16 @@ def _beside(
     ]
     return (
         Table(
-            f"Departure from the simulations{which}, standard deviations, over the windows",
-            ("Drop", "1X amplitude", "1X vector", *(f"Place, {probe}" for probe in probes)),
+            f"Deviation from the simulations{which}, standard deviations, over the windows",
+            ("Drop", "1X amplitude", "1X vector", *(f"Position, {probe}" for probe in probes)),
             tuple(rows),
         ),
         Figure(
             name,
-            f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: amplitude once a revolution, and"
-            f" mean reading of {furthest}, which departs most, measured and simulated{which}."
+            f"From {records[0].begins * 1e3:.0f} ms on, where the fit ends: 1X amplitude, and"
+            f" mean reading of {furthest}, which deviates most, measured and simulated{which}."
             + evidence.selection_of(shown),
-            "For some drops, whirl and place against time, measured, and the band of the simulations.",
+            "For some drops, whirl and position against time, measured, and the band of the simulations.",
             partial(late_record, records, shown, furthest),
         ),
     )

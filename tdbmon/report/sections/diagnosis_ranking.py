@@ -36,37 +36,37 @@ def section(evidence: Evidence) -> Section:
             )
         )
     for alike in diagnosis.verdict.alike:
-        rows.append(Row((alike.words, probability_words(alike.probability), "–", "–", "–", "not as far"), "attention"))
+        rows.append(Row((alike.words, probability_words(alike.probability), "–", "–", "–", "not fitted"), "attention"))
     rest = 1 - sum(diagnosis.verdict.probabilities) - sum(each.probability for each in diagnosis.verdict.alike)
     unknown = diagnosis.verdict.kind is Kind.UNKNOWN
     if rest > 1e-3 or unknown:
         other = "something outside the catalogue" if unknown else "something that is not listed"
         rows.append(Row((other, probability_words(max(rest, 0.0)), "", "", "", "")))
     why = diagnosis.verdict.doubt
-    doubt = "" if why is None else f" Here {why}: so many models with so little gain were wrong there."
+    doubt = "" if why is None else f" Here {why}: so many models with so little gain were wrong in these tests."
     alone = ""
     if diagnosis.verdict.accused and diagnosis.proof is None:
         alone = (
-            f" Of causes named from one drop by itself, which no other proves, {RIGHT_OF_ONE} of {NAMED_OF_ONE} were there:"
+            f" Of causes named from a single drop, without a proof on another, {RIGHT_OF_ONE} of {NAMED_OF_ONE} were right:"
             f" {100 * WRONG_OF_ONE:.0f} % are left here."
         )
     refuted = ""
     if diagnosis.verdict.kind is Kind.NONE and diagnosis.best.causes:
-        refuted = " They go by the fit alone: the verdict says why the likeliest model here is not believed."
-    header = ("Model", "Probability", "ΔBIC", "Residual, times noise", "Values fitted more", "Fitted to")
+        refuted = " They are based on the fit alone: the verdict says why the likeliest model here is not accepted."
+    header = ("Model", "Probability", "ΔBIC", "Misfit, times noise", "Additional values", "Fitted to")
     listed = (
-        "Only models that came to the end are listed; every other effect and place of the catalogue was tried and promised"
-        " less, or fell behind."
+        "Only models that reached the last horizon are listed; every other effect of the catalogue was tried at every place"
+        " and promised less, or fell behind."
         if diagnosis.mistaken is None
         else "No effect was tried."
     )
     blocks: list[Block] = [
         Paragraph(
-            f"{listed} ΔBIC is the difference of the Bayesian information criterion (misfit, and the logarithm of"
-            " the number of readings for each value that is fitted more) from the best. The probabilities count it for less"
-            " than its face value, since no model is exact, and take all kinds of causes for equally likely beforehand."
-            f" At least {100 * WRONG:.0f} % are left to what is not listed: so often, on synthetic drops made by another program,"
-            " was a model that explained them the wrong one." + alone + doubt + refuted
+            f"{listed} ΔBIC is the difference of the Bayesian information criterion (misfit, plus the logarithm of"
+            " the number of readings for each additional value) from the best. The probabilities weight it less than at"
+            " face value, since no model is exact, and assume that all kinds of causes are equally likely beforehand."
+            f" At least {100 * WRONG:.0f} % are left to causes that are not listed: this is how often, on synthetic drops made by"
+            " another program, a model that explained them was the wrong one." + alone + doubt + refuted
         ),
         Table("Models by probability", header, tuple(rows)),
     ]

@@ -22,12 +22,12 @@ def remains(evidence: Evidence) -> Section:
     blocks: list[Block] = []
     if best.ratio <= EXPLAINED:
         said = (
-            f"The {name} leaves {best.times_noise} times what noise would, with the allowance for how simulations grow apart:"
-            " no more than is expected of a model that lacks nothing."
+            f"The misfit of the {name} is {best.times_noise} times that of noise alone, with the allowance for how simulations"
+            " diverge: no more than is expected of a complete model."
         )
         blocks.append(Verdict(said, "good"))
     else:
-        blocks.append(Verdict(f"The {name} leaves {best.times_noise} times what noise would.", "attention"))
+        blocks.append(Verdict(f"The misfit of the {name} is {best.times_noise} times that of noise alone.", "attention"))
     blocks.append(Paragraph(_loudest(left)))
     lines = _lines(evidence)
     if lines:
@@ -40,24 +40,24 @@ def remains(evidence: Evidence) -> Section:
         nearest = max(line.resolution for line in lines)
         blocks.append(
             Paragraph(
-                f"Highest peak of its spectrum at each end, over all drops: {peaks}. So short a time tells a frequency to"
-                f" ± {nearest / 2:.0f} Hz."
+                f"Highest peak of the residual's spectrum at each end, over all drops: {peaks}. In so short a time a frequency"
+                f" is known to ± {nearest / 2:.0f} Hz."
             )
         )
     elif any(spectra(left, evidence.diagnosis.machine) for left in evidence.best_left):
-        blocks.append(Paragraph("No peak of its spectra passes what noise alone would show."))
+        blocks.append(Paragraph("No peak of the residual's spectra exceeds the level of noise alone."))
     if evidence.extended is not None:
         blocks.append(_force(evidence))
         blocks.append(table(EXTENDED, evidence.extended_force, evidence.diagnosis.machine.ends))
         blocks.append(Paragraph(_against_contacts(evidence)))
-    blocks += [Paragraph(f"Beside the verdict: {sentence(each).text}") for each in evidence.diagnosis.aside]
+    blocks += [Paragraph(f"In addition to the verdict: {sentence(each).text}") for each in evidence.diagnosis.aside]
     return Section("What remains unexplained", tuple(blocks))
 
 
 def _loudest(left: Unexplained) -> str:
     return (
-        f"Loudest against its noise: probe {left.probe} in {left.drop}, {left.rms * 1e6:.2f} µm rms from the release on, where"
-        f" noise is {left.noise * 1e6:.2f} µm; most of it from {left.since * 1e3:.1f} to {left.until * 1e3:.1f} ms,"
+        f"Greatest residual relative to noise: probe {left.probe} in {left.drop}, {left.rms * 1e6:.2f} µm rms from the release"
+        f" on, with a noise of {left.noise * 1e6:.2f} µm; most of it from {left.since * 1e3:.1f} to {left.until * 1e3:.1f} ms,"
         f" {_strongest(left)}."
     )
 
@@ -65,7 +65,7 @@ def _loudest(left: Unexplained) -> str:
 def _strongest(left: Unexplained) -> str:
     """Return the frequency of the residual as text, with the resolution of so short a stretch."""
     if left.frequency < left.resolution:
-        return f"strongest below {left.resolution:.0f} Hz, slower than so short a time tells"
+        return f"strongest below {left.resolution:.0f} Hz, too slow to be resolved in so short a time"
     return f"strongest near {left.frequency:.0f} Hz (± {left.resolution / 2:.0f})"
 
 
@@ -88,9 +88,9 @@ def _force(evidence: Evidence) -> Figure:
     speeds = [evidence.extended_left[k].speed for k in shown]
     return Figure(
         "remaining-force",
-        "The force that is still missing with the extended model, found as above. Within its band there is nothing that"
-        f" the probes could show.{evidence.selection}",
-        "For each end, x and y of the force that is missing still, against time, for some drops side by side.",
+        "The force that is still missing with the extended model, found as above. A force within its band cannot be"
+        f" distinguished from noise.{evidence.selection}",
+        "For each end, x and y of the force that is still missing, against time, for some drops side by side.",
         partial(force_against_time, forces, evidence.diagnosis.machine.ends, speeds, EXTENDED),
     )
 
@@ -110,9 +110,9 @@ def _against_contacts(evidence: Evidence) -> str:
     ]
     most = max((each.rms for each in found if each is not None), default=0.0)
     return (
-        "Noise alone is out of the band 5 % of the time. What is out more often is a force that acts, or what the simulation"
-        " itself is off by: it grows as paths part, and a misfit like that of noise allows for it. The greatest of these"
-        f" forces is {most:.0f} N rms, beside contact forces of up to {peak:.0f} N."
+        "Noise alone is outside the band 5 % of the time. What is outside more often is a force that acts, or an error of the"
+        " simulation itself, which grows as paths diverge; the misfit allows for this error. The greatest of these"
+        f" forces is {most:.0f} N rms, compared with contact forces of up to {peak:.0f} N."
     )
 
 

@@ -23,9 +23,9 @@ def section(evidence: Evidence) -> Section:
     blocks: list[Block] = [
         Figure(
             "residual-map",
-            "When each probe leaves the noise. A late and gradual rise is how simulations with impacts grow apart; an effect"
-            " shows by an early one, or by one end or probe alone.",
-            "A heat map: a row a probe of each drop, a column half a millisecond, colour how many times the noise.",
+            "When the residual of each probe rises out of the noise. A late and gradual rise comes from the divergence of"
+            " simulations with impacts; an early rise, or one at a single end or probe, shows an effect.",
+            "A heat map: one row per probe and drop, one column per half millisecond, colour: residual over noise.",
             partial(residual_map, evidence.left),
         ),
         *(phase_table(model, drops, evidence) for model, drops in evidence.left.items()),
@@ -33,7 +33,7 @@ def section(evidence: Evidence) -> Section:
     told = [left for left in evidence.plain_left if left.sees_ends]
     if not told:
         blocks.append(
-            Paragraph("The usable probes do not tell both directions at both ends: no directions, no full spectra.")
+            Paragraph("The usable probes do not give both directions at both ends: no directions, no full spectra.")
         )
         return Section(_TITLE, tuple(blocks))
     blocks.append(_directions(evidence))
@@ -45,10 +45,10 @@ def section(evidence: Evidence) -> Section:
     blocks += [
         Figure(
             "residual-spectrum",
-            "What the plain model leaves, as forward and backward whirl. Dotted: the level that noise alone passes in one"
-            " spectrum of a hundred. Peaks of the drops over each other on the left have one frequency, on the right one"
-            f" order of rotation. Drops are short: no peak tells a frequency closer than to ± {resolution / 2:.0f} Hz.",
-            "For each end, amplitude of the residual against frequency and against order, a line a drop.",
+            "Residual of the plain model, as forward and backward whirl. Dotted: the level that noise alone exceeds in one"
+            " spectrum of a hundred. Peaks of several drops that coincide on the left have a common frequency, on the right a"
+            f" common order. Drops are short: the frequency of a peak is known only to ± {resolution / 2:.0f} Hz.",
+            "For each end, amplitude of the residual against frequency and against order, one line per drop.",
             partial(residual_spectrum, found),
         ),
         _lines(lines, resolution),
@@ -56,7 +56,7 @@ def section(evidence: Evidence) -> Section:
     return Section(_TITLE, tuple(blocks))
 
 
-_TITLE = "Where and when the residual stands out of the noise"
+_TITLE = "Where and when the residual exceeds the noise"
 
 
 def phase_table(model: str, drops: Sequence[LeftOver], evidence: Evidence) -> Table:
@@ -87,7 +87,7 @@ def _directions(evidence: Evidence) -> Table:
 
 def _lines(lines: Sequence[Line], resolution: float) -> Table | Paragraph:
     if not lines:
-        return Paragraph("No peak of the residual's spectra passes what noise alone would show.")
+        return Paragraph("No peak of the residual's spectra exceeds the level of noise alone.")
     rows = tuple(
         Row(
             (
@@ -101,7 +101,7 @@ def _lines(lines: Sequence[Line], resolution: float) -> Table | Paragraph:
         )
         for line in lines
     )
-    caption = f"Highest peaks of what the plain model leaves (0-pk; frequencies within ± {resolution / 2:.0f} Hz)"
+    caption = f"Highest peaks of the plain model's residual (0-pk; frequencies within ± {resolution / 2:.0f} Hz)"
     return Table(caption, ("Drop", "End", "Frequency", "Order", "Amplitude", "Times the noise"), rows)
 
 

@@ -25,16 +25,17 @@ def section(evidence: Evidence) -> Section | None:
     blocks: list[Block] = []
     if not diagnosis.verdict.accused:
         blocks.append(
-            Paragraph("The best model that was found is not believed. Its values say where its fit ended, no more.")
+            Paragraph("The best model found is not accepted. Its values only show where its fit ended.")
         )
     blocks += [_table(model, diagnosis.parameters.get(model, {}), many=len(models) > 1) for model in models]
     blocks.append(
         Paragraph(
-            "Correlated: values of machine and sensors that the drops can hardly tell from this one; were they known better,"
-            " its interval would shrink. A sign says whether they rise together (+) or one for the other (−)."
+            "Correlated: values of machine and sensors that the drops can hardly separate from this one; if they were known"
+            " better, its interval would shrink. The sign shows whether both rise together (+) or one falls as the other rises"
+            " (−)."
         )
     )
-    title = "Sizes of the causes" if diagnosis.verdict.accused else "Values of the best model, which is not believed"
+    title = "Sizes of the causes" if diagnosis.verdict.accused else "Values of the best model, which is not accepted"
     return Section(title, tuple(blocks))
 
 
@@ -56,7 +57,7 @@ def _table(model: Contender, known: dict[str, dict[str, Estimate]], many: bool) 
         rows += [Row((f"{owner}: {name}", text, "not fitted")) for name, text in _stays(free)]
         if free.each_start:
             names = ", ".join(name.replace("_", " ") for name in free.each_start[0])
-            rows.append(Row((f"{owner}: {names}", "fitted to each drop by itself", "–")))
+            rows.append(Row((f"{owner}: {names}", "fitted to each drop separately", "–")))
     words_ = "; ".join(cause.tried_with for cause in model.causes if cause.held)
     which = f"{capitalised(model.words)}{f' ({words_})' if words_ else ''}"
     caption = f"{which}: values with 95 % intervals" if many else "Values with 95 % intervals"
@@ -71,7 +72,7 @@ def _called(name: str, owner: str | None = None) -> str:
 
 def _bare(model: Contender, name: str, unit: str) -> Estimate:
     shared, _ = model.problem.values(model.fit.point, 0)
-    return Estimate(shared[name], unit=unit, why="no interval: the model is not believed")
+    return Estimate(shared[name], unit=unit, why="no interval: the model is not accepted")
 
 
 def _stays(free: FreeEffect) -> list[tuple[str, str]]:

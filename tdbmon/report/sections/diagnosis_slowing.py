@@ -24,8 +24,8 @@ def section(evidence: Evidence) -> Section | None:
         f"{factors.drag:.2f} times ({name})" for name, (factors, _) in models.items() if factors.drag != 1.0
     )
     untold = (
-        f" A drive holds the speed up to the release, so that nothing before it tells the drag: within the tolerance of the"
-        f" decay time it counts {drags}."
+        f" A drive holds the speed up to the release, so the drag is not seen before it: within the tolerance of the"
+        f" decay time it is fitted as {drags}."
         if drags
         else ""
     )
@@ -34,8 +34,8 @@ def section(evidence: Evidence) -> Section | None:
     beside, _ = lag_beside_drag(last, machine)
     torques = torques_beside_lag(last, evidence.extended or evidence.diagnosis.plain)
     more = (
-        f", and {beside:.2f} times where the drag may be off by its tolerance as well. What is left of the angle then, drawn"
-        " below, tells of rings that are hard to turn."
+        f", and {beside:.2f} times if the drag may also differ by its tolerance. The remaining residual of the angle, drawn"
+        " below, would show rings that are hard to turn."
         if torques is None
         else f". That does not explain it: {torque_in_words(torques, machine)}."
     )
@@ -44,14 +44,14 @@ def section(evidence: Evidence) -> Section | None:
         "How the rotor slows",
         (
             Paragraph(
-                "Where the shaft is in its gap can be simulated only until paths with impacts part; how far it has turned, to the"
-                " end of the record: friction takes as much speed away however the impacts fall, until the inner rings turn with"
-                " the shaft. Polar inertia and friction at small loads are not known well, so that the angle by which contacts"
-                f" hold the shaft back is taken as large as the record wants it: {counted} what is simulated{more}{untold}"
+                "The shaft's position in its gap can be simulated only until paths with impacts diverge; its angle, to the end"
+                " of the record: the speed lost to friction does not depend on when the impacts happen, until the inner rings"
+                " turn with the shaft. Polar inertia and friction at small loads are not known well, so the lag of the angle by"
+                f" contacts is scaled to fit the record: {counted} the simulated lag{more}{untold}"
             ),
             Figure(
                 "slowing",
-                "Shaft angle, measured less simulated, from where paths have parted to the end of the record."
+                "Shaft angle, measured less simulated, from where paths have diverged to the end of the record."
                 + evidence.selection,
                 "For some drops, the angle by which the measured shaft is ahead of the simulated one, against time.",
                 partial(slowing, models, names, evidence.shown),

@@ -29,16 +29,16 @@ def section(evidence: Evidence, since: Reference | None = None) -> Section | Non
         entry, range_ = stated.get(name), fitted.get(name)
         remark = ""
         if range_ is not None and not range_.is_exact and _at_edge(value, range_.low, range_.high):
-            remark = "as far off as the file lets it go: the truth may lie beyond"
+            remark = "at the limit of its tolerance: the true value may lie beyond"
         elif entry is not None and range_ != entry:
             remark = "changed beyond its tolerance since the reference drops"
         told = toleranced(entry, value.unit) if entry is not None else "–"
         rows.append(Row((value_words(name, machine), words(value), told, remark)))
     header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
-    these = "these drops have" if len(diagnosis.plain.problem.drops) > 1 else "this drop has"
+    these = "these drops" if len(diagnosis.plain.problem.drops) > 1 else "this drop"
     caption = (
-        f"Values to which the machine file gives a tolerance, as {these} them (95 % intervals by this model, in which its laws"
-        " are exact; where they are a little off, the truth lies further away)"
+        f"Values with a tolerance in the machine file, fitted to {these} (95 % intervals, for exact laws of the model;"
+        " if the laws are slightly wrong, the true value may lie further away)"
     )
     return Section("Values of the machine", (Table(caption, header, tuple(rows)),))
 

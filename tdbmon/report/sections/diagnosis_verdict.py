@@ -37,8 +37,8 @@ def section(evidence: Evidence) -> Section:
         already = "; ".join(map(effect_in_words, standing))
         blocks.append(
             Paragraph(
-                f"In the plain model already: {already}. That is no suspect at its place, and what the verdict names or excludes"
-                " comes beside it."
+                f"Already in the plain model: {already}. This effect is not tried again in its place; causes that the verdict"
+                " names or excludes come in addition to it."
             )
         )
     if diagnosis.verdict.kind is Kind.NONE:
@@ -46,29 +46,29 @@ def section(evidence: Evidence) -> Section:
     if diagnosis.mistaken is not None:
         blocks.append(
             Paragraph(
-                "No cause was sought: effects would fit what is not there. What follows shows the plain model, as the machine"
-                " file has it, against the drops."
+                "No cause was sought: effects would fit errors of the set-up. What follows compares the plain model, as"
+                " stated in the machine file, with the drops."
             )
         )
     elif diagnosis.changed is not None:
         blocks.append(
             Paragraph(
-                "No effect of the catalogue stands for this change, and none is missing beside it. What follows shows the plain"
+                "No effect of the catalogue represents this change, and no other cause is missing. What follows shows the plain"
                 " model with the value as it is now."
             )
         )
     elif diagnosis.verdict.kind is Kind.UNKNOWN and diagnosis.late is not None:
         blocks.append(
             Paragraph(
-                "Something acts later than the readings can be followed. Of the catalogue only what builds up with rubbing is"
-                f" sought there ({_building_up()}), and none of it explains the rest of the record: look at that, below."
+                "Something acts later than the readings can be followed. Of the catalogue only effects that build up with"
+                f" rubbing are sought there ({_building_up()}), and none of them explains the rest of the record: see below."
             )
         )
     elif diagnosis.verdict.kind is Kind.UNKNOWN:
         blocks.append(
             Paragraph(
                 "Something acts that no effect of the catalogue explains, alone or together with others. The models named"
-                " below are the best that were found and are not believed; what is missing is shown as a force, with its"
+                " below are the best that were found, but are not accepted; what is missing is shown as a force, with its"
                 " directions and frequencies."
             )
         )
@@ -79,14 +79,14 @@ def section(evidence: Evidence) -> Section:
 
 def _looked_for(diagnosis: Diagnosis) -> str:
     """Return the conditions under which an effect would have been named."""
-    comma, better, proof = ",", ", and that model had done better on a drop held out", ""
+    comma, better, proof = ",", ", and that model had done better on a held-out drop", ""
     if len(diagnosis.plain.problem.drops) < LEAST_DROPS:
-        comma, better, proof = " and", "", " Of one drop none can be held out as a proof."
+        comma, better, proof = " and", "", " A single drop cannot be held out as a proof."
     return (
         f"{len(catalogue())} kinds of effects were looked for, each at every place of the machine that it can act"
-        f" on. One of them would have been named if the plain model had left clearly more than noise{comma}"
-        f" a model with it no more than {EXPLAINED:g} times what noise leaves{better}.{proof} An effect"
-        f" too small for {_these(diagnosis)} to show is not excluded."
+        f" on. One of them would have been named if the misfit of the plain model had been clearly more than that of noise{comma}"
+        f" that of a model with it at most {EXPLAINED:g} times that of noise{better}.{proof} An effect"
+        f" too small to show in {_these(diagnosis)} is not excluded."
     )
 
 
@@ -104,7 +104,7 @@ def _sentence(diagnosis: Diagnosis) -> str:
     count = len(diagnosis.plain.problem.drops)
     drops = "one drop" if count == 1 else f"{count} drops"
     if verdict.kind is Kind.NAMED:
-        open_ = "" if len(verdict.accused) == 1 else ", of which order or with which law these drops leave open"
+        open_ = "" if len(verdict.accused) == 1 else "; these drops leave its order or law open"
         return (
             f"{'Named' if verdict.doubt is None else 'Named, with doubt'}: {verdict.accused[0].words}"
             f" (probability {_share(diagnosis, verdict.accused[0])}, {drops}){open_}."
@@ -121,11 +121,11 @@ def _sentence(diagnosis: Diagnosis) -> str:
     if diagnosis.mistaken is not None:
         return f"Unknown: the set-up is not what the machine file says ({drops})."
     if diagnosis.changed is not None:
-        return f"Unknown: {diagnosis.changed} changed beyond what the machine file allows ({drops})."
+        return f"Unknown: {diagnosis.changed} changed beyond its tolerance in the machine file ({drops})."
     if verdict.kind is Kind.UNKNOWN:
         return f"Unknown: the model lacks something that is in no catalogue ({drops})."
     shows = "shows" if count == 1 else "show"
-    beside = " beside what stands in it" if diagnosis.plain.problem.standing else ""
+    beside = ", apart from what it already includes" if diagnosis.plain.problem.standing else ""
     return f"None: the plain model lacks nothing that {_these(diagnosis)} {shows}{beside}."
 
 

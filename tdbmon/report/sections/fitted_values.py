@@ -36,16 +36,16 @@ def fitted_values(fitted: FittedDrop) -> Table:
     for name, value in calibration.values.items():
         remarks = [law] if (law := _law(calibration, name)) else []
         if name in calibration.at_bound:
-            edge = "as far off as it may go" if name in untold else "at the edge of its tolerance"
-            remarks.append(f"{edge}: the truth may lie beyond, or the model lacks something")
+            edge = "at the limit of its range" if name in untold else "at the limit of its tolerance"
+            remarks.append(f"{edge}: the true value may lie beyond, or the model lacks something")
         elif name in loose:
             partners = ", ".join(value_words(partner, machine) for partner, _ in loose[name].partners)
             drops = "these drops" if fitted.others else "this drop"
-            remarks.append(f"hardly determined by {drops}" + (f"; goes with {partners}" if partners else ""))
+            remarks.append(f"hardly determined by {drops}" + (f"; correlated with {partners}" if partners else ""))
         in_file = toleranced(stated[name], value.unit) if name in stated else "–"
         rows.append(Row((value_words(name, machine), words(value), in_file, "; ".join(remarks))))
     header = ("Value", "Fitted", "Machine file (tolerance)", "Remark")
-    return Table("Fitted values (95 % intervals), and what the machine file states", header, tuple(rows))
+    return Table("Fitted values (95 % intervals) and values of the machine file", header, tuple(rows))
 
 
 def value_words(name: str, machine: Machine) -> str:
@@ -56,7 +56,7 @@ def value_words(name: str, machine: Machine) -> str:
     if field in ("centre_x", "centre_y"):
         return f"{owner}: bearing's centre {field[-1]} from the probes' zero"
     if field == "contact_stiffness":
-        return f"{owner}: contact stiffness by the force at {REFERENCE_DEPTH * 1e6:.0f} µm"
+        return f"{owner}: contact stiffness from the force at {REFERENCE_DEPTH * 1e6:.0f} µm"
     if owner.startswith("magnet "):
         owner = f"magnetic bearing {owner.removeprefix('magnet ')}"
     return f"{owner}: {field.replace('_', ' ')}"

@@ -21,12 +21,12 @@ if TYPE_CHECKING:
 _TITLE = "Forces and stresses (fitted model)"
 _LISTED = 12  # contacts of an end
 _CONTACTS = (
-    "A contact lasts here as long as the simulated force acts: one that is told from the displacement may hold several. The"
-    " greatest peak of all is taken from every step of the simulation, the others from its samples."
+    "A contact lasts here as long as the simulated force acts: one that is detected from the displacement may contain several."
+    " The greatest peak of all is taken from all steps of the simulation, the others from its samples."
 )
 _STEEP = (
-    "The greatest forces are those of all steps of the simulation, since the first blow of an inner ring may be shorter than a"
-    f" sample of the record. {FORCES_HOLD}."
+    "The greatest forces are taken from all steps of the simulation, since the first impact of an inner ring may be shorter than"
+    f" a sample of the record. {FORCES_HOLD}."
 )
 
 
@@ -51,8 +51,8 @@ def section(fitted: FittedDrop) -> Section:
     blocks: list[Block] = [
         Paragraph(
             f"No sensor measures these. The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the"
-            f" release{_of_several(calibration)} within the tolerances of the machine file; what is left"
-            f" of the first contacts is {calibration.misfit:.2f} times the probes' noise (1 where nothing but noise is left)."
+            f" release{_of_several(calibration)} within the tolerances of the machine file; the residual"
+            f" of the first contacts is {calibration.misfit:.2f} times the probes' noise (1 for noise alone)."
             f" Forces are those of an ensemble of {drop.members} simulations drawn from the fit's uncertainty, over"
             f" {drop.seconds:g} s."
         ),
@@ -60,9 +60,9 @@ def section(fitted: FittedDrop) -> Section:
         Table("Forces and stresses (95 % intervals of the fit)", ("Quantity", *drop.ends), _rows(drop)),
         Paragraph(_STEEP),
         Paragraph(
-            f"{_assumptions(drop)}Three standard deviations from the mean is the rule of the"
-            " dissertation that this follows (N. Neisi, LUT University); Tukey's fence, 1.5 interquartile ranges above the box,"
-            " does not move with the outliers themselves."
+            f"{_assumptions(drop)}The rule of three standard deviations from the mean is that of the"
+            " dissertation of N. Neisi (LUT University); Tukey's fence, 1.5 interquartile ranges above the box,"
+            " is not influenced by the outliers."
         ),
         Figure(
             "stress-outliers",
@@ -75,7 +75,7 @@ def section(fitted: FittedDrop) -> Section:
         *(_drops(fitted) if fitted.others else ()),
         Figure(
             "forces",
-            "Normal force at each end. Trajectories with impacts part: from the dotted line on the ensemble's members no"
+            "Normal force at each end. Paths with impacts diverge: from the dotted line on the ensemble's members no"
             " longer agree, and only statistics are stated.",
             "For each end, force against time after the release with its 95 % band.",
             partial(forces, drop),
@@ -115,12 +115,12 @@ def _withheld(fitted: FittedDrop) -> list[Block]:
     """Return the reason why forces and stresses are withheld, and the result of the fit."""
     calibration = fitted.calibration
     return [
-        Verdict(f"No force and no stress is told: {fitted.forces.withheld}.", "attention"),
+        Verdict(f"No forces and stresses are given: {fitted.forces.withheld}.", "attention"),
         *_remarks(fitted),
         Paragraph(
             f"The machine's model was fitted to the first {calibration.horizon * 1e3:.0f} ms after the release"
-            f"{_of_several(calibration)} within the tolerances of the machine file, and does not follow. The values below are"
-            " those at which it ended: where they stand may help to see what is wrong, but they are not those of the machine."
+            f"{_of_several(calibration)} within the tolerances of the machine file, but does not follow the record. The"
+            " values below are those at which the fit ended: they may help to find the error, but are not those of the machine."
         ),
     ]
 
@@ -192,7 +192,7 @@ def _contacts(end: EndForces) -> Table:
     )
     more = len(end.contacts) - _LISTED
     caption = (
-        f"{end.end}: force of each contact until the simulations part, {end.history.parted * 1e3:.0f} ms after the release"
+        f"{end.end}: force of each contact until the simulations diverge, {end.history.parted * 1e3:.0f} ms after the release"
         " (95 % intervals)" + and_more(more)
     )
     return Table(caption, ("Contact", "Begins, from the release", "Duration", "Peak normal force", "Impulse"), rows)

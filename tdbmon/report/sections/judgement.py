@@ -125,9 +125,9 @@ def _hit(comparison: Comparison) -> list[Block]:
     if not asked:
         hardest = [c.estimate.why for c in comparison.changes if c.kind.name in _HARDEST]
         if withheld := next((why for why in hardest if why != NO_FORCES), ""):
-            return [Finding(f"Force and stress are not told: {withheld}.", "attention")]
+            return [Finding(f"Force and stress are not known: {withheld}.", "attention")]
         said = (
-            "Force and stress were not told: compare the record, or add it to the archive, with --forces to have them."
+            "Force and stress were not computed: compare the record, or add it to the archive, with --forces to have them."
         )
         return [Paragraph(said)]
     return [

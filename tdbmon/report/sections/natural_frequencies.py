@@ -29,8 +29,8 @@ def section(analysis: Analysis, fitted: FittedDrop) -> Section:
     series = "; ".join(f"{end.end} {end.series / 1e6:.1f} MN/m" for end in found.ends)
     blocks: list[Block] = [
         Paragraph(
-            "The rotor at rest at the bottom of its clearances: upwards on contact, balls and support with the support's"
-            " mass, stiffness about the static load; sideways a pendulum. No line of the record was used for it: supports"
+            "The rotor at rest at the bottom of its clearances: vertically on contact, balls and support with the support's"
+            " mass, linearised about the static load; sideways a pendulum. No line of the record was used: supports"
             f" and clearances are those fitted to the first contacts (support stiffness {stiffness}; with balls and contact in"
             f" series {series})."
         ),
@@ -38,22 +38,22 @@ def section(analysis: Analysis, fitted: FittedDrop) -> Section:
         Figure(
             "critical-speed-map",
             "Natural frequencies against support stiffness. Dots: the fitted stiffness, whose interval is drawn in blue where"
-            " it is wide enough to be seen. What stands level in the spectra on the right is a line of constant frequency;"
-            " dashed white: 1X and 2X. A support's mass lets even soft supports have modes: where two curves near each other,"
-            " rotor and support exchange their parts.",
+            " it is wide enough to be seen. Horizontal lines in the spectra on the right have a constant frequency;"
+            " dashed white: 1X and 2X. The support's mass adds modes even for soft supports: where two curves approach each"
+            " other, rotor and support exchange their parts.",
             "Curves of natural frequencies over support stiffness on a logarithmic axis, with the spectra of the record beside.",
             partial(critical_speed_map, found, analysis, lines),
         ),
         Figure(
             "campbell",
-            "Campbell diagram. A line of the record is drawn over the speeds at which it stood out. Up and down and sideways"
-            " are coupled by the gyroscopic moment alone, which is small here where the curves are level.",
+            "Campbell diagram. A line of the record is drawn over the speeds at which it stood out. Vertical and sideways"
+            " motion are coupled by the gyroscopic moment alone, which is small here where the curves are level.",
             "Natural frequencies over speed, with rays of the orders of rotation and the measured lines.",
             partial(campbell, found, analysis, lines),
         ),
     ]
     if fitted.calibration.machine.effects:
-        blocks.append(Paragraph("The effects that the machine file carries are left out of these frequencies."))
+        blocks.append(Paragraph("These frequencies do not include the effects in the machine file."))
     return Section("Natural frequencies on the touchdown bearings (fitted model)", tuple(blocks))
 
 
@@ -86,8 +86,8 @@ def _modes(modes: Sequence[RestingMode], lines: Sequence[Line]) -> Table:
         "Computed, standstill",
         "Massless supports",
         "Line of the record",
-        "Error of the computed",
-        "Met at a speed of, by " + " / ".join(f"{order:g}X" for order in ORDERS),
+        "Error of computation",
+        "Speed where met by " + " / ".join(f"{order:g}X" for order in ORDERS),
     )
-    caption = "Natural frequencies (95 % intervals of the calibration alone, without what the model simplifies)"
+    caption = "Natural frequencies (95 % intervals of the calibration alone, without simplifications of the model)"
     return Table(caption, header, tuple(rows))

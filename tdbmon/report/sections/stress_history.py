@@ -45,7 +45,7 @@ def section(comparison: Comparison) -> Section:
     if without:
         blocks.append(
             Paragraph(
-                "Filed without forces, or with a fit that told none, so that they have no box:"
+                "Without a box, since filed without forces or with a fit that gave none:"
                 f" {', '.join(map(comparison.record, without))}."
             )
         )

@@ -167,7 +167,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
 
     ends, within = fitted.forces.ends, f"first {fitted.forces.seconds:g} s"
     if fitted.forces.withheld:
-        return [Verdict(f"How hard the bearings were hit is not told: {fitted.forces.withheld}.", "attention")]
+        return [Verdict(f"How hard the bearings were hit is not known: {fitted.forces.withheld}.", "attention")]
     loads = [analysis.ends[name].load if name in analysis.ends else 0.0 for name in ends]
     dented = [end.stress.greatest.high or 0.0 for end in ends.values()]
     hybrid = any(each.geometry.ball != each.geometry.race for each in analysis.machine.touchdown_bearings)
@@ -191,7 +191,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
     calibration = fitted.calibration
     doubts = [
         Verdict(
-            "The fitted model does not follow the first contacts: forces and stresses may be off by more than their intervals"
+            "The fitted model does not follow the first contacts: forces and stresses may be wrong by more than their intervals"
             " (see Forces and stresses).",
             "attention",
         )
@@ -207,7 +207,7 @@ def _hardest(fitted: FittedDrop, analysis: Analysis) -> list[Block]:
         sentence(FORCES_HOLD),
         Paragraph(
             f"No sensor measures forces. The simulation was fitted to the first {calibration.horizon * 1e3:.0f} ms after"
-            f" the release; of the first contacts it leaves {calibration.misfit:.2f} times the probes' noise."
+            f" the release; the residual of the first contacts is {calibration.misfit:.2f} times the probes' noise."
             f"{_later(fitted.forces.seconds, analysis.settle_time)}"
         ),
     ]
@@ -217,9 +217,9 @@ def _later(seconds: float, settled: Estimate) -> str:
     """Return a remark that impacts follow after the simulated time `seconds`, s; "" if the shaft has settled by then."""
     if settled.value is not None and settled.value <= seconds:
         return ""
-    then = f"settles only {words(settled)} after the release" if settled.known else "is not seen to settle by then"
+    then = f"settles only {words(settled)} after the release" if settled.known else "has not settled by then"
     return (
-        f" All are of the first {seconds:g} s after the release; the shaft {then}, and later blows are not among them."
+        f" All values are of the first {seconds:g} s after the release; the shaft {then}, and later impacts are not included."
     )
 
 
