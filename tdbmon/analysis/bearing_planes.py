@@ -59,7 +59,8 @@ def apart_from_misread(
         return planes
     for end in sound:
         why = " and ".join(f"{name} (see {wrong[name]})" for name in faulty)
-        checks.append(Check("orbit", end, True, f"evaluated at its own probes' plane: readings of {why} would corrupt it at the bearing"))
+        told = f"evaluated at its own probes' plane: readings of {why} would corrupt it at the bearing"
+        checks.append(Check("orbit", end, True, told))
     planes = at_own_probes(planes, *freed(without_flat_tops(record, machine), machine), used, sound)
     whole = at_own_probes(planes, *freed(record, machine), used, sound)
     return planes.assign(cut_off=planes.cut_off.where(~planes.end.isin(sound), _cut_off(planes, whole)))

@@ -53,8 +53,8 @@ def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, relea
     if lost.low <= most:
         return rundown
     doubt = (
-        f"in the first {seconds:.2g} s the rotor loses {lost.value:.3g} Hz more than by its later drag; contacts and rings explain"
-        f" {most:.2g} Hz at most (at a friction coefficient of {friction:g}, with the machine file's mass and polar inertia):"
-        " does the drive brake at first?"
+        f"in the first {seconds:.2g} s the rotor loses {lost.value:.3g} Hz more than by its later drag; contacts and rings"
+        f" explain {most:.2g} Hz at most (at a friction coefficient of {friction:g}, with the machine file's mass and polar"
+        " inertia): does the drive brake at first?"
     )
     return replace(rundown, lost_speed=Estimate.missing("Hz", doubt), doubt=doubt)

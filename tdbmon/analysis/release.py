@@ -278,8 +278,8 @@ def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
         return "the shaft falls upwards (see free fall), so its fall cannot date the release: check the probes' signs"
     if all(abs(y) < _LEAST_FALL * gravity and whirl == 0.0 for y, whirl in vertical):
         return (
-            "the shaft moves without falling (see free fall), so no fall can date the release: a vertical shaft does not fall, nor"
-            " does one that the magnetic bearings lower; if a horizontal shaft was dropped, check sampling rate and"
+            "the shaft moves without falling (see free fall), so no fall can date the release: a vertical shaft does not fall,"
+            " nor does one that the magnetic bearings lower; if a horizontal shaft was dropped, check sampling rate and"
             " sensitivities"
         )
     return ""

@@ -74,6 +74,6 @@ def _held(time: np.ndarray, near: np.ndarray) -> str:
         return ""
     begin, end = float(time[hovers.start]), float(time[hovers.stop - 1])
     return (
-        f"from {begin:.4g} s to {end:.4g} s the shaft is back at its levitated position: the magnetic bearings lifted the rotor again"
-        " (cut the record before that)"
+        f"from {begin:.4g} s to {end:.4g} s the shaft is back at its levitated position: the magnetic bearings lifted the rotor"
+        " again (cut the record before that)"
     )

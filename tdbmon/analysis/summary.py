@@ -11,7 +11,7 @@ from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import printed, why_no_interval
 
-FORCES_TELL = "fall and first contacts are in the record nevertheless: --forces fits a simulation to them, without a clearance circle"
+FORCES_TELL = "fall and first contacts are in the record: --forces fits a simulation to them, without a clearance circle"
 _SHOWN_IN = {"  duration": "ms"}
 _HALF = (0.4, 0.65)  # measured over stated gap: about a half suggests that the diametral clearance was stated
 _BY_INERTIA = ", with the machine file's polar inertia; the interval includes only the speed's noise"

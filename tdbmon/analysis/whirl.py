@@ -294,7 +294,8 @@ def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
         frequency = Estimate(mean, unit="Hz", method="turns divided by their duration", why="fewer than three turns")
     else:
         half = float(stdtrit(len(rates) - 1, 0.975) * np.std(rates, ddof=1) / np.sqrt(len(rates)))
-        frequency = Estimate(mean, mean - half, mean + half, "Hz", "turns divided by their duration; interval from the scatter of the turns")
+        rule = "turns divided by their duration; interval: scatter of the turns"
+        frequency = Estimate(mean, mean - half, mean + half, "Hz", rule)
     return Advance(start, end, float(way * turns), frequency, float(time[-1]))
 
 

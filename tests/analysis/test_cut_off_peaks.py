@@ -68,7 +68,7 @@ def test_probes_without_their_offset_leave_the_other_end(machine):
         record[channel] = (record[channel] + 1.5e-3).assign_attrs(record[channel].attrs)
     whole, found = analysed(SOUND).ends["DE"], analyse(record, machine)
     assert {c.channel for c in found.checks if c.check == "range" and not c.passed} == {"NDE_A", "NDE_B"}
-    assert "NDE_A and NDE_B read where no rotor gets to" in found.ends["NDE"].air_gap.why
+    assert "NDE_A and NDE_B read displacements that no rotor can reach" in found.ends["NDE"].air_gap.why
     assert_same_end(found.ends["DE"], whole)
 
 

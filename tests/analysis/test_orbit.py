@@ -64,7 +64,7 @@ def test_revolutions_that_are_not_known_are_not_cut():
     angle[9000:] = np.nan
     planes = _planes(np.exp(1j * TURNED))
     assert float(orbit(planes, angle, 0.0, 3).time[0]) >= TIME[1000]
-    with pytest.raises(InputError, match="40 whole revolutions after 1 s are not known; the shaft angle covers 2"):
+    with pytest.raises(InputError, match="40 whole revolutions after 1 s are not available; the shaft angle covers 2"):
         orbit(planes, angle, 1.0, 40)
     angle[4000:4100] = np.nan
     with pytest.raises(InputError, match="are not known"):

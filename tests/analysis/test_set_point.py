@@ -88,6 +88,6 @@ def test_where_arc_and_swing_disagree_no_circle_is_told(machine):
     assert not checks_of(result, "gap from arc and swing agree")["NDE"].passed
     end = result.ends["NDE"]
     assert end.gap is None
-    assert "no circle is told" in end.air_gap.why
+    assert "no circle is reported" in end.air_gap.why
     assert end.gap_from_swing.known
     assert result.ends["DE"].gap.agrees

@@ -40,7 +40,7 @@ def test_a_sampling_interval_that_is_no_drops_leaves_the_speed_only(record: xr.D
     analysis = analyse(slow, machine)
     assert analysis.planes is None
     assert "the probes are sampled at 1 Hz" in failed(analysis)
-    assert "mend the sampling interval" in failed(analysis)
+    assert "correct the sampling interval" in failed(analysis)
 
 
 def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record: xr.Dataset, machine: Machine) -> None:
@@ -49,7 +49,7 @@ def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record
     short = record.drop_vars(["speed", "keyphasor"]).assign(keyphasor=key.rename(time="time_key"))
     analysis = analyse(short, machine)
     assert analysis.rundown is None
-    assert re.search(r"not at the release \(0\.(0999|1000)\d s\): no run-down is told", failed(analysis))
+    assert re.search(r"not at the release \(0\.(0999|1000)\d s\): no run-down is evaluated", failed(analysis))
     whole = analyse(record, machine)
     for end, found in analysis.ends.items():
         assert found.gap.radius.value == pytest.approx(whole.ends[end].gap.radius.value, rel=0.02)
