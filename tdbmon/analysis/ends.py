@@ -221,7 +221,7 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
     if share <= FEW:
         return ""
-    return f"{percent(share, 1)} of the samples after {start:.4g} s are clipped (see clipping), the deepest part of the arc"
+    return f"{percent(share, 1)} of the samples after {start:.4g} s are clipped (see clipping): the arc lacks its deepest part"
 
 
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) -> Estimate:

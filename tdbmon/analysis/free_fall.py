@@ -225,4 +225,4 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
 
 def _stretch(factor: float) -> str:
     """Return a scale error in words."""
-    return f"read about {factor:.2g} times too long" if factor > 1 else f"read about {1 / factor:.2g} times too short"
+    return f"that read about {factor:.2g} times too long" if factor > 1 else f"that read about {1 / factor:.2g} times too short"

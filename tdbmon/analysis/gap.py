@@ -230,8 +230,8 @@ def _too_vague(settled: float, last: float, sigma: float) -> str:
     if not np.isfinite(sigma):
         return f"{arc} depends on one part of that time alone: the radius has no error estimate. Record for longer"
     return (
-        f"{arc} determines the radius at rest only to ±{1.96e6 * sigma:.0f} um (95 %); a radius is reported up to"
-        f" ±{1.96e6 * _WORST:.0f} um"
+        f"{arc} determines the radius at rest only to ±{1.96e6 * sigma:.0f} um (95 %); beyond ±{1.96e6 * _WORST:.0f} um"
+        " it is not reported"
     )
 
 

@@ -18,7 +18,7 @@ from tdbmon.record.timebase import usual_interval
 
 _BLOCKS = 2000  # at most, after the release
 _SAME_SHAFT = 0.05  # relative difference beyond which speed signal and pulses do not belong to the same shaft
-NO_PULSES = Estimate.missing("1", "not both a speed signal and a keyphasor to compare")
+NO_PULSES = Estimate.missing("1", "no comparison: the speed signal or the keyphasor is missing")
 
 
 @dataclass(frozen=True)

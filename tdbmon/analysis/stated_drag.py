@@ -98,5 +98,5 @@ def against_stated(measured: Estimate, stated: Tolerant, whirled: bool, load: fl
     if high < stated.low:
         return "below: the bearings have less drag than the machine file says, or the shaft did not drive the rings"
     if stated.low <= low and high <= stated.high:
-        return "within: though it also includes other losses of the rotor that do not change with the speed"
+        return "within, though it also includes other losses of the rotor that do not change with the speed"
     return "across a limit of the stated range with its interval: the comparison is inconclusive"

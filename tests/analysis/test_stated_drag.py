@@ -29,7 +29,7 @@ def test_effects_of_the_machine_file_count(machine):
 
 @pytest.mark.parametrize(
     ("low", "high", "says"),
-    [(85, 87, "above"), (5, 10, "below"), (20, 40, "within"), (40, 50, "where nothing"), (10, 50, "where nothing")],
+    [(85, 87, "above"), (5, 10, "below"), (20, 40, "within"), (40, 50, "across"), (10, 50, "across")],
 )
 def test_an_interval_is_above_below_within_or_not_decided(machine, low, high, says):
     measured = Estimate((low + high) / 2e3, low / 1e3, high / 1e3, "N m")
