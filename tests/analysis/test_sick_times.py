@@ -99,5 +99,5 @@ def test_an_end_without_an_orbit_names_the_probe_that_it_lacks(record: xr.Datase
 @pytest.mark.parametrize("samples", [1, 10, 100])
 def test_a_record_of_a_few_samples_is_refused_by_name(samples: int, record: xr.Dataset, machine: Machine) -> None:
     name = record.attrs["source_file"]
-    with pytest.raises(InputError, match=f"{name}: the record is too short: {samples} sample"):
+    with pytest.raises(InputError, match=f"{name}: the record is too short: the probes have {samples} sample"):
         analyse(record.isel(time=slice(0, samples)), machine)
