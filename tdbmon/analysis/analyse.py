@@ -104,8 +104,8 @@ def _long_enough(record: xr.Dataset, machine: Machine) -> None:
     longest = max((record[probe.name].size for probe in machine.probes if probe.name in record), default=_FEWEST)
     if longest < _FEWEST:
         raise InputError(
-            f"{record.attrs.get('source_file', 'record')}: the record is too short: {counted(longest, 'sample')} of the probes;"
-            f" export all of it, {_FEWEST} samples at least"
+            f"{record.attrs.get('source_file', 'record')}: the record is too short: the probes have {counted(longest, 'sample')};"
+            f" export the whole record, at least {_FEWEST} samples"
         )
 
 
@@ -285,8 +285,8 @@ def _release(
     release = _found_release(laid, machine, planes, held)
     if release is None:
         detail = (
-            "the record starts after the release, or less than 5 ms before it: no levitated stretch to tell it from; times"
-            " count from the first sample"
+            "the record starts after the release, or less than 5 ms before it: without a levitated stretch the release"
+            " cannot be determined; times count from the first sample"
         )
         checks.append(Check("levitated stretch", "", False, detail))
         return None, None, ""

@@ -32,8 +32,8 @@ def bearing_planes(record: xr.Dataset, machine: Machine, use: Sequence[str]) -> 
     rate = (len(time) - 1) / (time[-1] - time[0])
     if rate < _LEAST_HZ:
         raise InputError(
-            f"the probes are sampled at {rate:.3g} Hz, where a contact lasts some 2 ms; record at"
-            " 2 kHz or more, or mend the sampling interval or the times in the file"
+            f"the probes are sampled at {rate:.3g} Hz, too slow for contacts of some 2 ms; record at"
+            " 2 kHz or more, or correct the sampling interval or the times in the file"
         )
     seen = to_planes(*freed(without_flat_tops(record, machine), machine), use)
     return seen.assign(cut_off=_cut_off(seen, whole))
@@ -59,7 +59,8 @@ def apart_from_misread(
         return planes
     for end in sound:
         why = " and ".join(f"{name} (see {wrong[name]})" for name in faulty)
-        checks.append(Check("orbit", end, True, f"taken at its own probes' plane: {why} would spoil it at the bearing"))
+        told = f"evaluated at its own probes' plane: readings of {why} would corrupt it at the bearing"
+        checks.append(Check("orbit", end, True, told))
     planes = at_own_probes(planes, *freed(without_flat_tops(record, machine), machine), used, sound)
     whole = at_own_probes(planes, *freed(record, machine), used, sound)
     return planes.assign(cut_off=planes.cut_off.where(~planes.end.isin(sound), _cut_off(planes, whole)))

@@ -24,7 +24,7 @@ from tdbsim.rotor import RotorModel, static_loads
 
 from tdbmon.analysis.rest import total_travel
 
-BENDS = "what the shaft bends between probe and bearing"  # remark on an interval that includes this
+BENDS = "shaft bending between probe and bearing"  # remark on an interval that includes this
 DRAWN = 1.2  # factor on deflections by the drawing: shrunk-on parts, shear and higher modes change them by some tenths
 _BENDING = 12  # free-free bending modes summed for the shaft's flexibility
 _LIGHTEST, _HEAVIEST = 1e-9, 1000.0  # multiples of the static load: no drop exceeds the latter

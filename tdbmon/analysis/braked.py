@@ -42,8 +42,8 @@ def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, relea
     drag, lost = rundown.drag_torque, rundown.lost_speed
     if drag.low is not None and drag.low > torque:
         doubt = (
-            f"a constant drag of {drag.value:.3g} N m is more than contacts rub with ({torque:.2g} N m at a friction of"
-            f" {friction:g}, by the machine file's mass and polar inertia): does the drive brake?"
+            f"a constant drag of {drag.value:.3g} N m exceeds the friction torque of contacts ({torque:.2g} N m at a friction"
+            f" coefficient of {friction:g}, with the machine file's mass and polar inertia): does the drive brake?"
         )
         rundown = replace(rundown, doubt=rundown.doubt or doubt)
     if lost.low is None or rundown.fitted_from is None:
@@ -53,8 +53,8 @@ def beyond_contacts(rundown: RunDown, machine: Machine, rotor: RotorModel, relea
     if lost.low <= most:
         return rundown
     doubt = (
-        f"the rotor loses {lost.value:.3g} Hz more in the first {seconds:.2g} s than by the drag that slows it later, where"
-        f" contacts and rings take {most:.2g} Hz at most (at a friction of {friction:g}, by the machine file's mass and polar"
+        f"in the first {seconds:.2g} s the rotor loses {lost.value:.3g} Hz more than by its later drag; contacts and rings"
+        f" explain {most:.2g} Hz at most (at a friction coefficient of {friction:g}, with the machine file's mass and polar"
         " inertia): does the drive brake at first?"
     )
     return replace(rundown, lost_speed=Estimate.missing("Hz", doubt), doubt=doubt)

@@ -86,7 +86,7 @@ def coast_down_times(
         if read is not None:
             return read
         if hidden:
-            return Estimate.missing("s", f"the record does not show it fall to {percent(share)}, and {hidden}")
+            return Estimate.missing("s", f"the record does not show the speed falling to {percent(share)}, and {hidden}")
         return _by_law(laws, wanted, sigma, share, release, last)
 
     return CoastDownTimes(reached(HALF), reached(TENTH))
@@ -139,7 +139,7 @@ def _crossing(
     own = noise * float(np.sqrt(row @ np.linalg.pinv(design.T @ design) @ row))
     half = float(np.hypot(stdtrit(len(left) - 3, 0.975) * own, Z95 * sigma)) / -slope * scale
     when = middle + crossing * scale
-    return Estimate(when, when - half, when + half, "s", f"{_MEASURED}: parabola through the speed about it")
+    return Estimate(when, when - half, when + half, "s", f"{_MEASURED}: parabola fitted to the speed around it")
 
 
 def _between(time: np.ndarray, smooth: np.ndarray, at: int, wanted: float, sigma: float) -> Estimate | None:
@@ -152,7 +152,7 @@ def _between(time: np.ndarray, smooth: np.ndarray, at: int, wanted: float, sigma
     when = float(time[at] - step * (wanted - smooth[at]) / (smooth[at - 1] - smooth[at]))
     half = step + Z95 * sigma / float(min(sides))
     return Estimate(
-        when, when - half, when + half, "s", f"{_MEASURED}: between two means of the speed, which bends there"
+        when, when - half, when + half, "s", f"{_MEASURED}: between two mean speeds, at a kink of the speed curve"
     )
 
 
@@ -173,5 +173,5 @@ def _by_law(laws: Sequence[LawFit], wanted: float, sigma: float, share: float, r
     if not high <= last + FARTHEST * (last - release):
         why = f"the record ends at {last:.3g} s, too early to say when the speed has fallen to {percent(share)}"
         return Estimate.missing("s", why)
-    method = f"{_EXTRAPOLATED}; interval with laws of one term more"
+    method = f"{_EXTRAPOLATED}; interval includes laws with one more term"
     return Estimate(when, float(low), float(high), "s", method)

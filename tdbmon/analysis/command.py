@@ -48,7 +48,7 @@ def analyse(
 
             fitted = fit_drop(plan, channels, tell, [read(path) for path in also or []], all_cores()).beside(result)
             if report or json_file is not None:
-                tell("simulating on to the end of the record")
+                tell("continuing the simulation to the end of the record")
                 fitted = fitted.with_coast_down(result)
     lines, written = list(summary_lines(result, fitted is not None)), []
     if fitted is not None:

@@ -57,10 +57,10 @@ class Contacts:
     def count(self) -> Estimate:
         """Number of contacts before the shaft settled; missing if some may be unobserved."""
         if self.hidden:
-            return Estimate.missing("1", f"{self.hidden}, and there more contacts may lie")
+            return Estimate.missing("1", f"{self.hidden}: more contacts may be hidden there")
         if self.why or not self.events:
             return Estimate.missing("1", self.why or "no contact was found")
-        rule = "contacts before settling; interval: those that the level's uncertainty makes or unmakes"
+        rule = "contacts before settling; interval: their number at the limits of the touching radius"
         return Estimate(float(len(self.events)), float(self.count_low), float(self.count_high), "1", rule)
 
 
@@ -124,6 +124,6 @@ def find_contacts(
     touched = events[0].start if events else np.inf
     before = lost.within(release_s, (lost.at(touched) or (touched,))[0])  # without a gap that holds the touch itself
     if before:
-        return Contacts(None, events, low, high, hidden, f"{before}, where the shaft may have touched")
+        return Contacts(None, events, low, high, hidden, f"{before}: the shaft may have touched there")
     first = first_contact(t, d, r, events, lost, touching, gap.size, sigma_level, gravity) if events else None
     return Contacts(first, events, low, high, hidden)

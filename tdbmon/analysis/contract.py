@@ -17,7 +17,7 @@ from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate
 from tdbmon.record.timebase import usual_rate
 
-_NO_MODEL = "needs the simulation fitted to the record (tdbmon analyse --forces); displacements alone do not give it"
+_NO_MODEL = "a simulation fitted to the record is needed (tdbmon analyse --forces); displacements alone are not enough"
 
 
 def analysis_json(analysis: Analysis) -> dict[str, Any]:
@@ -89,7 +89,7 @@ def _record(analysis: Analysis) -> dict[str, Any]:
 def _state(release: Release | None, end: str, held: str) -> dict[str, Any]:
     """Return position and velocity of an end at the release; missing if the end was `held` in levitation."""
     state = release.states.get(end) if release else None
-    why = held or f"no orbit is seen at {end} about the release" if release else "no release was found in the record"
+    why = held or f"no orbit is seen at {end} around the release" if release else "no release was found in the record"
     return {
         "x_um": (state.x if state else Estimate.missing("um", why)).to_json(),
         "y_um": (state.y if state else Estimate.missing("um", why)).to_json(),
@@ -100,7 +100,7 @@ def _state(release: Release | None, end: str, held: str) -> dict[str, Any]:
 
 def _levitated(analysis: Analysis, end: str) -> dict[str, Any]:
     """Return position and orbit of the shaft at an end before the release, and the zone of ISO 14839-2."""
-    found = analysis.levitation.get(end) or unknown("no orbit is seen there before a release")
+    found = analysis.levitation.get(end) or unknown("no orbit is seen at this end before a release")
     return {
         "x_um": found.x.to_json(),
         "y_um": found.y.to_json(),
@@ -187,7 +187,7 @@ def _end(end: EndResult, analysis: Analysis) -> dict[str, Any]:
             **dict.fromkeys(("mean", "median", "q1", "q3", "outliers")),
             "why": _NO_MODEL,
         },
-        "ring_at_speed_s": Estimate.missing("s", "no channel shows the inner ring's speed; " + _NO_MODEL).to_json(),
+        "ring_at_speed_s": Estimate.missing("s", "no channel measures the inner ring's speed; " + _NO_MODEL).to_json(),
     }
 
 

@@ -29,7 +29,7 @@ def decay_time_of(chosen: Candidate, levitated: LawFit | None, stretch: Coast) -
         return tau
     spread = Z95 * levitated.sigma("linear")
     low, high = (1 / (levitated.law.linear + sign * spread) for sign in (1, -1))
-    method = f"{tau.method}; interval widened to the levitated run-down, as the record is short"
+    method = f"{tau.method}; interval extended to include the levitated run-down, as the record is short"
     return replace(tau, low=min(tau.low, low), high=max(tau.high, high), method=method)
 
 
@@ -49,7 +49,7 @@ def widened_by_law(decay: Estimate, candidates: list[Candidate], chosen: Candida
     if decay.value is None or decay.low is None or decay.high is None:
         return decay
     if is_short(stretch):
-        method = f"{decay.method}, and by slip below {percent(SLIPPING)} of the deceleration"
+        method = f"{decay.method}; interval includes ring slip below {percent(SLIPPING)} of the deceleration"
         return replace(decay, high=decay.high / (1 - SLIPPING), method=method)
     law, richer = chosen.fit.law, richer_than(candidates, chosen)
     least = min([1 / decay.high, *(fit.law.linear - Z95 * fit.sigma("linear") for fit in richer)])
@@ -59,5 +59,6 @@ def widened_by_law(decay: Estimate, candidates: list[Candidate], chosen: Candida
         decay,
         low=1 / float(law.linear + down),
         high=1 / float(max(law.linear - up, 0.01 * law.linear)),
-        method=f"{decay.method}; interval with richer laws and a constant drag that changes by {percent(_STEADY)} with the speed",
+        method=f"{decay.method}; interval includes laws with one more term and a constant drag that varies by"
+        f" {percent(_STEADY)} with the speed",
     )

@@ -22,10 +22,10 @@ _NEAR = 3.0  # cells: a peak so near to an order of the speed, or to a line, is 
 _STEP, _GAP = 2, 3  # greatest move from window to window, cells; windows without a detection that end a track
 _ORDERS = (1.0, 2.0)  # orders that may cross a swing's band at similar amplitude
 _STRONG = 0.05  # of the amplitude of the strongest peak: a weaker one may be mains or another undetected line
-_METHOD = "spectra against time, place between the cells of a window"
-_MOVING = "no interval: it moves within a window"
+_METHOD = "short-time spectra, peak interpolated between frequency bins"
+_MOVING = "no interval: the frequency drifts within a window"
 _AMPLITUDE = (
-    "greatest over windows, along the horizontal, at the end that shows it more; less where it moves within a window"
+    "greatest over the windows, horizontal, at the end with the larger one; too small where it drifts within a window"
 )
 
 

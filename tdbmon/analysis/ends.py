@@ -27,14 +27,15 @@ from tdbmon.record.held_end import ends_in_fall
 from tdbmon.record.misread import FEW
 from tdbmon.record.quality import LeftOut
 
-_WHIRLS = "the shaft whirls round its clearance {until} and does not rest: record for longer"
+_WHIRLS = "the shaft whirls around its clearance {until} and does not come to rest: record for longer"
 _AT_ONCE_S = 0.01  # whirl that stops so shortly before the record ends counts as lasting to its end
-_OUTSIDE = "{probes} read where no rotor gets to (see range): check sensitivity and offset"
+_OUTSIDE = "{probes} read displacements that no rotor can reach (see range): check sensitivity and offset"
 _NO_SWING = "no swing of at least 150 cycles after the last bounce of both ends"
 _NOT_LYING = "the shaft does not stay on its bearing to the end of the record (see stays down)"
 _OWN_LOAD = (
-    "by the path of this end alone, as the other is not seen in its bearing beside it and may swing against it: radius at rest,"
-    " air gap and height of the centre may err by {}, which their intervals hold. Sound probes at both ends tell them better"
+    "computed from the motion of this end alone: the other end's motion in its bearing is not known at the same time and may be"
+    " opposite. Radius at rest, air gap and height of the centre may be wrong by {}, which their intervals include. Sound probes"
+    " at both ends make them more accurate"
 )
 
 
@@ -157,15 +158,15 @@ def _swing(
     times = []
     for end in machine.ends:
         if end not in settled:
-            return None, f"the swing takes both ends, and {end} is not seen"
+            return None, f"the swing needs both ends, but {end} is not seen"
         since = settled[end]
         if isinstance(since, NoCircle):
-            return None, f"the swing takes both ends at rest, and {end} is not (see its radius at rest)"
+            return None, f"the swing needs both ends at rest, but {end} is not (see its radius at rest)"
         times.append(since)
     if aside := [end for end in machine.ends if planes.plane.sel(end=end) != "bearing"]:
         return (
             None,
-            f"the swing takes the shaft in both bearings, and {' and '.join(aside)} is seen at its probes alone",
+            f"the swing needs the shaft in both bearing planes, but {' and '.join(aside)} is seen in its probe plane only",
         )
     swing = find_swing(planes, machine, rotor, max(times))
     return swing, "" if swing else _NO_SWING
@@ -199,7 +200,7 @@ def _no_circle(
 def _unseen(machine: Machine, end: str, unused: Mapping[str, LeftOut]) -> str:
     """Return the reason why an end has no orbit."""
     why = "; ".join(f"{p.name} {unused[p.name]}" for p in machine.probes_at(end) if p.name in unused)
-    return f"no two usable probes in different directions see this end{': ' if why else ''}{why}"
+    return f"this end has no two usable probes in different directions{': ' if why else ''}{why}"
 
 
 def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: list[Check]) -> Gap | NoCircle:
@@ -209,10 +210,10 @@ def _agreed(circle: Gap | NoCircle, end: str, swing: Estimate | None, checks: li
     detail = f"radius {printed(circle.from_arc)} from the arc, {printed(swing)} from the swing"
     if not circle.agrees:
         detail += (
-            ": the bore is not round (the arc tells its curvature at the bottom), or a probe's sensitivity is wrong"
+            ": the bore is not round (the arc gives only its curvature at the bottom), or a probe's sensitivity is wrong"
         )
     checks.append(Check("gap from arc and swing agree", end, circle.agrees, detail))
-    return circle if circle.agrees else NoCircle(f"{detail}; no circle is told")
+    return circle if circle.agrees else NoCircle(f"{detail}; no circle is reported")
 
 
 def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
@@ -220,7 +221,7 @@ def _cut_off(planes: xr.Dataset, end: str, start: float) -> str:
     share = float(planes.cut_off.sel(end=end, time=slice(start, None)).mean())
     if share <= FEW:
         return ""
-    return f"{percent(share, 1)} of the samples after {start:.4g} s are cut off (see clipping): the shaft lies deepest there"
+    return f"{percent(share, 1)} of the samples after {start:.4g} s are clipped (see clipping): the arc lacks its deepest part"
 
 
 def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) -> Estimate:
@@ -231,12 +232,12 @@ def _air_gap(gap: Gap | NoCircle, travel: RestTravel, mass: float, load: float) 
     if gap.size <= travel.total:
         weight = f"rotor of {mass:.4g} kg, {load:.0f} N on this end"
         why = (
-            f"the shaft rests at {um(gap.size)}, but by the machine file ({weight}) clearance and deflection alone are"
-            f" {um(travel.total)}: machine file and record do not fit. Check diameters, lengths and masses of the rotor, support"
+            f"the radius at rest is {um(gap.size)}, but ball clearance and deflection alone are {um(travel.total)} by the machine"
+            f" file ({weight}): machine file and record do not agree. Check diameters, lengths and masses of the rotor, support"
             " stiffness and ball clearance, and the sensitivity of the probes"
         )
         return Estimate.missing("um", why)
-    rule = "radius at rest less ball clearance and deflection of the machine file"
+    rule = "radius at rest minus ball clearance and deflection by the machine file"
     return Estimate.from_sigma(gap.size - travel.total, sigma, "um", rule).widened(gap.radius.shared)
 
 
@@ -252,9 +253,9 @@ def _deepest(planes: xr.Dataset, end: str, gap: Gap | NoCircle, start: float, co
     if isinstance(gap, NoCircle):
         return Estimate.missing("um", gap.why)
     if planes.cut_off.sel(end=end, time=slice(start, None)).any():
-        return Estimate.missing("um", "peaks are cut off (see clipping), and there the shaft may have gone deepest")
+        return Estimate.missing("um", "peaks are clipped (see clipping), and the deepest excursion may be among them")
     if contacts is not None and contacts.hidden:
-        return Estimate.missing("um", f"{contacts.hidden}, and there the shaft may have gone deepest")
+        return Estimate.missing("um", f"{contacts.hidden}: the deepest excursion may be hidden there")
     if contacts is not None and contacts.why:
         return Estimate.missing("um", contacts.why)
     xy = planes.displacement.sel(end=end).to_numpy()[:, planes.time.to_numpy() >= start]
@@ -283,5 +284,5 @@ def _bent(
         low=max(deepest.value - float(np.hypot(down, max(passes, 0.0))), 0.0),
         high=deepest.value + float(np.hypot(up, max(-passes, 0.0))),
         scatter=deepest.apart,
-        method=f"{deepest.method}; interval: also what the blow bends the shaft between probe and bearing",
+        method=f"{deepest.method}; interval: also shaft bending between probe and bearing in the impact",
     )

@@ -79,8 +79,8 @@ def exchanged_probes(
         return None
     others = [name for name in ends[0] + ends[1] if name not in (one, other)]
     detail = (
-        f"the settled shaft is on no circle at either end ({um(as_is[0])} and {um(as_is[1])} off by the median), but on one at"
-        f" both with {one} and {other} exchanged ({um(off[0])} and {um(off[1])}): are their cables exchanged between the ends, or"
+        f"the settled shaft follows a circle at neither end (median distance {um(as_is[0])} and {um(as_is[1])}), but at both ends"
+        f" with {one} and {other} exchanged ({um(off[0])} and {um(off[1])}): are their cables exchanged between the ends, or"
         f" those of {' and '.join(others)}, which looks the same?"
     )
     pairs = [(one, other)] + ([(others[0], others[1])] if len(others) == 2 else [])

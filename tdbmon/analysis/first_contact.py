@@ -86,7 +86,7 @@ def first_contact(
     contact = events[0]
     n = np.array([np.cos(contact.angle), np.sin(contact.angle)])
     depth = d @ n
-    rule = "radial displacement through the touching radius"
+    rule = "radial displacement crosses the touching radius"
     touched, lifted = lost.at(contact.start), lost.at(contact.end)
     step = usual_interval(t)
     touch_sigma = _crossing_sigma(t, depth, contact.start, sigma, step)
@@ -95,7 +95,7 @@ def first_contact(
         # a gap as long as a contact only shows that the shaft touched in it, once or several times
         touch = Estimate(contact.start, *touched, "s", "within the missing samples")
         if touched in lost.hiding:
-            touch = Estimate.missing("s", f"{said(touched)}, and there the shaft touches")
+            touch = Estimate.missing("s", f"{said(touched)}, and the shaft touches there")
     following = events[1].start if len(events) > 1 else np.inf
     unknown = _open(contact, lost, float(t[-1]))
     tried = _tried(t, d, r, contact, touching, sigma)
@@ -129,14 +129,14 @@ def _open(contact: Contact, lost: MissingStretches, last: float) -> str:
     if lifted is None and contact.end >= last:
         return "the shaft does not leave the ring again before it settles"
     if touched:
-        return f"{said(touched)}, and there the shaft touches"
+        return f"{said(touched)}, and the shaft touches there"
     if lifted:
-        return f"{said(lifted)}, and there the shaft lifts off"
+        return f"{said(lifted)}, and the shaft lifts off there"
     return _maybe(lost.within(contact.start, contact.end), "lifted off")
 
 
 def _maybe(missing: str, did: str) -> str:
-    return f"{missing}, and there the shaft may have {did}" if missing else ""
+    return f"{missing}: the shaft may have {did} there" if missing else ""
 
 
 @dataclass(frozen=True)
@@ -170,13 +170,13 @@ def _restitution(t: np.ndarray, d: np.ndarray, tried: list[_Tried], n: np.ndarra
     """
     told = _ratio(t, d, tried[0], _FREE_S, n, gravity)
     if told is None:
-        return Estimate.missing("1", "no free flight of 1.5 ms on both sides of the first contact")
+        return Estimate.missing("1", "no free flight of 1.5 ms before and after the first contact")
     ratios = [
         each[0] for at in tried for free in _FREE_TRIED_S if (each := _ratio(t, d, at, free, n, gravity)) is not None
     ]
-    rule = "velocities 1.5 ms before the touch and after the lift-off; above one where the other end's impact feeds it"
+    rule = "velocity ratio from 1.5 ms of flight before touch and after lift-off; above 1 if the other end's impact adds energy"
     apart = float(np.sqrt(np.mean((np.array(ratios) - told[0]) ** 2)))
-    also = "what 1 to 2 ms and all touching radii within the interval tell"
+    also = "flights of 1 to 2 ms and all touching radii within their uncertainty"
     return Estimate.from_sigma(*told, "1", rule, least=0.0).widened(Z95 * apart, also, least=0.0)
 
 
@@ -203,12 +203,12 @@ def _duration_and_rebound(
         lasted.append(at.contact.end - at.contact.start)
         risen.append(max(at.level - float(np.min(depth[flight])), 0.0) if flight.any() else 0.0)
     half = float(Z95 * np.sqrt(2) * step / 4)
-    among = "for all touching radii within the interval"
+    among = "interval: for all touching radii within their uncertainty"
     return (
         Estimate(
-            lasted[0], max(min(lasted) - half, 0.0), max(lasted) + half, "s", f"beyond the touching radius, {among}"
+            lasted[0], max(min(lasted) - half, 0.0), max(lasted) + half, "s", f"time beyond the touching radius; {among}"
         ),
-        Estimate(risen[0], min(risen), max(risen), "um", f"highest point before the next contact, {among}"),
+        Estimate(risen[0], min(risen), max(risen), "um", f"highest point before the next contact; {among}"),
     )
 
 
@@ -248,13 +248,13 @@ def _static(
     beyond = inside[depth[inside] > static]
     apart = np.flatnonzero(np.diff(beyond) > max(round(NOISE_S / step), 1))
     beyond = beyond[: apart[0] + 1] if apart.size else beyond  # only the first excursion, if there are several
-    rule = "radial displacement through its value at rest"
+    rule = "radial displacement crosses its value at rest"
     if not beyond.size:
         missing = Estimate.missing("s", "the first contact does not reach the position at rest")
         return missing, missing
     instants = (crossing(t, depth, int(beyond[0]), static), crossing(t, depth, int(beyond[-1]) + 1, static))
     made = [
-        Estimate.missing("s", f"{said(gap)}, and there the shaft passes its position at rest")
+        Estimate.missing("s", f"{said(gap)}, and the shaft passes its position at rest there")
         if (gap := lost.at(at))
         else Estimate.from_sigma(at, _crossing_sigma(t, depth, at, sigma, step), "s", rule)
         for at in instants

@@ -56,10 +56,10 @@ def check_free_fall(release: Release, machine: Machine, over_pulses: float = 1.0
         doubt = max(turning, fall.turning) / machine.gravity
         passed = _LEAST - doubt < share < _MOST + doubt and (scale is None or abs(scale - 1) <= PROBE_SCALE)
         if scale is not None:
-            detail += ", from the release on: no magnetic force that dies away explains it as well"
+            detail += ", from the release on: a decaying magnetic force does not explain it as well"
         elif doubt > _TELLING:
-            what = "the wide orbit turns" if turning >= fall.turning else "once per revolution shows"
-            detail += f", which tells little: {what} with {doubt * machine.gravity:.3g} m/s2"
+            what = "wide orbit's" if turning >= fall.turning else "once-per-revolution"
+            detail += f", which proves little: the {what} acceleration is {doubt * machine.gravity:.3g} m/s2"
         cure = (
             ""
             if passed
@@ -76,7 +76,7 @@ def _later(shares: Mapping[str, float]) -> str:
     slow, fast = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
     if not 0 < shares[slow] < 1 - _UNLIKE or shares[fast] < 1 + _UNLIKE:
         return ""
-    return f"; or the magnet of {slow} lets go later than that of {fast}, which tips the shaft"
+    return f"; or the magnet of {slow} releases later than that of {fast}, which tilts the shaft"
 
 
 def _held(release: Release) -> float:
@@ -103,8 +103,8 @@ def undated(release: Release, machine: Machine) -> str:
     if min(shares) < _SCALE and (max(shares) > 1 / _SCALE or held):
         return ""
     return (
-        f"the shaft falls with {min(shares):.2g} times gravity (see free fall): where times or lengths may be on a wrong scale"
-        " neither the release nor a contact after it is told; correct sampling rate or sensitivities"
+        f"the shaft falls with {min(shares):.2g} times gravity (see free fall): times or lengths may be on a wrong scale,"
+        " so neither the release nor any contact is reported; correct sampling rate or sensitivities"
     )
 
 
@@ -145,9 +145,9 @@ def probe_ratio(release: Release, machine: Machine, end: str) -> Estimate:
     """
     pair = _telling(release, machine, end)
     if len(machine.probes_at(end)) != 2 or len(pair) != 2:
-        return Estimate.missing("1", "fewer than two probes of the end tell the free fall")
+        return Estimate.missing("1", "fewer than two probes of this end measure the free fall")
     first, second = pair
-    rule = f"free fall by '{first}' over that by '{second}'"
+    rule = f"free fall measured by '{first}' over that by '{second}'"
     return Estimate(*_times(*_log_ratio(pair[first], pair[second])), "1", rule)
 
 
@@ -191,7 +191,7 @@ def _wrong(one: str, other: str, small: float, large: float) -> str:
         said = f"'{one}' reads about {percent(1 - math.exp(small))} too little"
     else:
         said = f"'{other}' reads too much or '{one}' too little"
-    return f"{said}, against the other end's fall (check sensitivities, angles, and that no channel is late)"
+    return f"{said}, compared with the other end's fall (check sensitivities, angles, and that no channel is delayed)"
 
 
 def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_once: bool, held: float) -> str:
@@ -199,8 +199,8 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
     names = ", ".join(f"'{probe.name}'" for probe in machine.probes_at(end))
     if abs(share) < _UPRIGHT:
         return (
-            "a shaft that stands upright does not fall, and only horizontal ones are covered; nor does one that the magnetic"
-            " bearings lower; of one that was dropped check sampling rate and unit of the time, and sensitivity and angle of"
+            "a vertical shaft does not fall (only horizontal ones are covered), nor does one that the magnetic bearings lower;"
+            " if a horizontal shaft was dropped, check sampling rate and unit of the time, and sensitivity and angle of"
             f" {names}"
         )
     if share <= 0:
@@ -209,20 +209,20 @@ def _suspects(share: float, machine: Machine, end: str, over_pulses: float, at_o
     if over_pulses > 0 and over_pulses != 1 and abs(math.log(longer / over_pulses)) < _SAME:
         off = f"{over_pulses:.3g} times too low" if over_pulses > 1 else f"{1 / over_pulses:.3g} times too high"
         return (
-            f"times {_stretch(longer)} would do that, and make the speed signal read {over_pulses:.3g} times the keyphasor's"
-            f" speed as it does (see speed): together they say that the sampling rate is stated {off}"
+            f"times {_stretch(longer)} would explain this, and also why the speed signal reads {over_pulses:.3g} times"
+            f" the keyphasor's speed (see speed): together they show that the stated sampling rate is {off}"
         )
-    times = f"times {_stretch(longer)} would do that (check sampling rate and unit of the time)"
+    times = f"times {_stretch(longer)} would explain this (check sampling rate and unit of the time)"
     lengths = f"or displacements {_stretch(share)} (check the sensitivity of {names})"
     if at_once:
         return f"{times}, {lengths}"
     if held and share < 1:
-        decay = f"a magnetic force that dies away with {held * 1e3:.2g} ms, as the release fits it, would do that"
-        return f"{decay}, and then nothing is wrong; without one {times}, {lengths}"
-    field = ", or a magnetic field that holds on for milliseconds" if share < 1 else ", or a great unbalance"
+        decay = f"a magnetic force that decays in {held * 1e3:.2g} ms, as fitted at the release, would explain this"
+        return f"{decay}, and then nothing is wrong; otherwise {times}, {lengths}"
+    field = ", or a magnetic field that persists for milliseconds" if share < 1 else ", or a large unbalance"
     return f"{times}, {lengths}{field}"
 
 
 def _stretch(factor: float) -> str:
     """Return a scale error in words."""
-    return f"read about {factor:.2g} times too long" if factor > 1 else f"read about {1 / factor:.2g} times too short"
+    return f"that read about {factor:.2g} times too long" if factor > 1 else f"that read about {1 / factor:.2g} times too short"

@@ -167,16 +167,16 @@ def fit_gap(
     alone = _ALONE * travel.per_load if carried is None else 0.0
     steady = Steady.of(time[after], xy[after], (xy if carried is None else carried)[after], rate)
     if not len(steady.xy):
-        return NoCircle(f"no sample has a value from {settled_s:.4g} s on, where the shaft has settled")
+        return NoCircle(f"no sample has a value from {settled_s:.4g} s on, when the shaft has settled")
     circle = np.array([0.0, 0.0, float(np.median(np.hypot(*steady.xy.T)))])
     for _ in range(2):  # repeated about the centre found, as the bins linearise the circle
         cells = Cells.of(steady, machine.gravity, circle)
         arc = cells.arc()
         if len(arc.angle) < _FEWEST:
             return NoCircle(
-                f"the shaft settles at {settled_s:.4g} s, but the arc that it then swings along,"
-                f" {2 * np.rad2deg(cells.halfwidth):.2g} degrees in all, is too short to tell a circle: it takes more than"
-                f" {BIN_DEG * (_FEWEST - 1):.0f}, each part of it seen three times"
+                f"the shaft settles at {settled_s:.4g} s, but the arc along which it then swings"
+                f" ({2 * np.rad2deg(cells.halfwidth):.2g} degrees in all) is too short to fit a circle: more than"
+                f" {BIN_DEG * (_FEWEST - 1):.0f} degrees are needed, each part passed three times"
             )
         found, _ = _fit_circle(arc, travel.per_load)
         circle = np.append(cells.centre + found[:2], found[2])
@@ -184,7 +184,7 @@ def fit_gap(
     solution, sigma = _circle(cells.centre, arc, parts, travel.per_load)
     if not np.isfinite(sigma[2]) or (sigma[2] > _WORST and from_swing is None):
         return NoCircle(_too_vague(settled_s, float(time[-1]), float(sigma[2])))
-    how = "circle through the settled arc alone"
+    how = "circle fitted to the settled arc alone"
     from_arc = Estimate.from_sigma(float(solution[2]), float(np.hypot(sigma[2], alone / Z95)), "um", how)
     passed = _bends(arc, travel.per_load, beyond)
     from_arc = from_arc.widened(passed[2], BENDS)
@@ -220,18 +220,18 @@ def settled_from(planes: xr.Dataset, end: str, nominal: float, start: float = 0.
         does = "falls" if first_fall else f"lifts off by more than {_BOUNCE_SHARE * nominal * 1e6:.3g} um"
         left = f"the shaft still {does} at {settled:.4g} s, {left}"
     else:
-        left = f"the shaft is seen from {start:.4g} s on only, {left}"
-    return NoCircle(f"{left}; a clearance circle takes {SETTLED_S:g} s on the ring")
+        left = f"the shaft is seen only from {start:.4g} s on, {left}"
+    return NoCircle(f"{left}; a clearance circle needs {SETTLED_S:g} s on the ring")
 
 
 def _too_vague(settled: float, last: float, sigma: float) -> str:
     """Return in words why the arc determines the radius too poorly."""
     arc = f"the shaft settles at {settled:.4g} s, but its arc in the {last - settled:.2g} s that follow"
     if not np.isfinite(sigma):
-        return f"{arc} rests on one part of that time alone, which does not show how well it tells the radius: record for longer"
+        return f"{arc} depends on one part of that time alone: the radius has no error estimate. Record for longer"
     return (
-        f"{arc} tells the radius at rest to ±{1.96e6 * sigma:.0f} um only (95 %), worse than the ±{1.96e6 * _WORST:.0f} um"
-        " that are worth stating"
+        f"{arc} determines the radius at rest only to ±{1.96e6 * sigma:.0f} um (95 %); beyond ±{1.96e6 * _WORST:.0f} um"
+        " it is not reported"
     )
 
 
@@ -314,9 +314,9 @@ def _gap(
     alone: float,
 ) -> Gap:
     """Return the circle of a fit `p` (x, y, radius, deflection per unit load), m, given its `sigma` and errors from `_bends`."""
-    how = "settled arc and swing frequency" if agrees else "settled arc, taken as round"
+    how = "settled arc and swing frequency" if agrees else "settled arc, assumed circular"
     if alone:  # as an independent error, not one common to all drops: another drop may show the other end
-        how += "; interval: also what the other end, not seen, may add to the load"
+        how += "; interval: also the load from the motion of the other end, which is not seen"
         sigma = np.hypot(sigma, [0.0, alone / Z95, alone / Z95, 0.0])
     x, y, radius = (
         Estimate.from_sigma(float(p[i]), float(sigma[i]), "um", f"{what}: {how}").widened(passed[i], BENDS)
@@ -342,11 +342,11 @@ def _oval(cells: Cells, p: np.ndarray) -> Estimate:
     """Return the second harmonic of the radius over the angle; its error comes from the variation between parts of the time."""
     if cells.halfwidth < np.deg2rad(50):
         return Estimate.missing(
-            "um", "the settled arc spans less than 100 degrees; an ellipse looks like a circle there"
+            "um", "the settled arc spans less than 100 degrees, too little to distinguish an ellipse from a circle"
         )
     parts = cells.parts()
     if len(parts) < 2:
-        return Estimate.missing("um", "the shaft settles too briefly to tell an ellipse from a vibration")
+        return Estimate.missing("um", "the shaft is settled too briefly to distinguish an ellipse from a vibration")
     harmonic, variance = _second_harmonic(cells.arc(), p)
     sigma = np.sqrt(np.maximum(variance, jackknife(np.array([_second_harmonic(part, p)[0] for part in parts]))))
     amplitude = float(np.hypot(*harmonic))

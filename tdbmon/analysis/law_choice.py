@@ -30,7 +30,7 @@ _CHANCE = {1: 10.83, 2: 13.82}  # 99.9 % quantiles of chi-square
 # BIC by which another law must beat the exponential: "very strong" (Kass and Raftery, JASA 90, 1995)
 _PREFERENCE = 10.0
 _FOLDS = 8
-NO_LAW = "no law of drag fits how the speed falls"
+NO_LAW = "no drag law fits the measured speed"
 _BEYOND = 3.0  # times the noise, and times the residual of laws with free signs: a residual beyond is reported
 _MATTERS, _FAR = (
     1e-3,
@@ -226,10 +226,10 @@ def misfit_of(chosen: Candidate, candidates: list[Candidate], stretch: Coast) ->
     """Return why even the chosen law does not describe drag alone; empty if it may."""
     if not _misses(chosen, candidates, stretch):
         return ""
-    left = f"{chosen.name}, the best, leaves {chosen.rms:.2g} Hz rms beside {scatter(stretch.mean):.2g} Hz of noise"
+    left = f"the best, {chosen.name}, has a residual of {chosen.rms:.2g} Hz rms at a noise of {scatter(stretch.mean):.2g} Hz"
     return (
         f"{NO_LAW} from {stretch.begin[0]:.3g} to {stretch.end[-1]:.3g} s ({left}): does the drive brake, do the rings still"
-        " slip, or does the speed signal wander?"
+        " slip, or does the speed signal drift?"
     )
 
 

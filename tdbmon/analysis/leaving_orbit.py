@@ -70,8 +70,8 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
     shortest = max(int(_LEAST_HEAD_S * rate), 8)
     if z.shape[1] < 3 * shortest:
         raise InputError(
-            f"the displacement record has {z.shape[1]} samples in {z.shape[1] / rate * 1e3:.3g} ms, too short to hold a drop; is"
-            " the sampling interval or the unit of time right?"
+            f"the displacement record has {z.shape[1]} samples in {z.shape[1] / rate * 1e3:.3g} ms, too short for a drop;"
+            " check the sampling interval and the unit of time"
         )
     if levitated < shortest:
         return None
@@ -87,7 +87,7 @@ def falls_between(z: np.ndarray, rate: float, gaps: np.ndarray, levitated: int) 
             return None  # motion from the first sample on: the record starts after the release
         raise InputError(
             f"the rotor never leaves its levitated position by more than {np.nanmax(reach) * 1e6:.1f} um;"
-            " no drop is in this record"
+            " this record contains no drop"
         )
     free = np.inf
     ends: tuple[list[int], list[int]] = [], []  # of the fall in each row that dropped: x, y

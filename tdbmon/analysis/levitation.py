@@ -17,7 +17,7 @@ from tdbmon.estimate import Estimate
 _LEAST_TURNS = 3.0  # of the shaft in the stretch: with fewer, orbit and mean position cannot be separated
 _HEAD_S = 0.02  # at the start of a record without a drop, for the orbit
 _STEADY = 4.0  # times the distance reached there: no levitated orbit grows so much
-_FROM_ZERO = "from the probes' zero: without a drop no circle tells the clearance centre"
+_FROM_ZERO = "from the probes' zero: without a drop the clearance centre is not known"
 _GUARD_S = 1e-3  # left out before the release, as its instant is not exact
 # length of the orbit fitted at the end of levitation: over longer the speed changes, and with it the phase of 1X
 _FITTED_S, _FITTED_TURNS = 0.2, 10.0
@@ -106,7 +106,7 @@ def levitation(
     sigma = np.sqrt(np.diag(np.linalg.pinv(design.T @ design))) * noise
     once = float(np.sqrt(np.sum(coefficients[1:3] ** 2)))
     reach = _reach(whole, gap)
-    rule = "least squares over the last of the levitated stretch, noise taken as white"
+    rule = "least squares over the end of the levitated stretch, noise assumed white"
     return Levitation(
         x=Estimate.from_sigma(float(coefficients[0, 0]), float(sigma[0]), "um", rule),
         y=Estimate.from_sigma(float(coefficients[0, 1]), float(sigma[0]), "um", rule),
@@ -131,7 +131,7 @@ def levitation_alone(
         return unknown("too few samples have a value")
     away = np.hypot(*(z - np.median(z[:, :head], axis=1)[:, None]))
     if away.max() > _STEADY * away[:head].max():  # a drop in a wrong unit, say
-        return unknown("the shaft does not stay on the orbit of its first moments, as it does in levitation")
+        return unknown("the shaft leaves its initial orbit, which a levitated shaft does not")
     found = levitation(planes, end, float(shaft.time[-1]) + 2 * _GUARD_S, speed_hz, mains_hz, None, clearance)
     far = float(np.hypot(*z).max())
     reach = Estimate(far, unit="um", method="greatest distance from the probes' zero", why=_FROM_ZERO, kind="0-pk")

@@ -94,7 +94,7 @@ def _median(height: np.ndarray) -> Estimate:
     middle = float(np.median(height))
     spread = 1.4826 * float(np.median(np.abs(height - middle)))
     return Estimate.from_sigma(
-        middle, 1.2533 * spread / np.sqrt(len(height)), "um", "median half-axis over its windows", "0-pk", least=0.0
+        middle, 1.2533 * spread / np.sqrt(len(height)), "um", "median semi-major axis over its windows", "0-pk", least=0.0
     )
 
 

@@ -41,8 +41,11 @@ _HIDING = 0.3  # of the order's amplitude: a constant line so strong masks it
 _ROUNDING = 1e-12  # of a displacement
 _STEADY = 0.3  # amplitude in the last third relative to the first: more is a line that does not decay
 _BESIDE = 0.7  # cells: greatest mean distance of a sideband from its expected place
-_FREQUENCY = ("mean over its windows", "order over its windows, times the speed at its greatest amplitude")
-_AMPLITUDE = "greatest half-axis over its windows, without those in which a stronger constant line crosses it"
+_FREQUENCY = ("mean over its windows", "mean order over its windows, times the speed at its greatest amplitude")
+_AMPLITUDE = (
+    "greatest semi-major axis over its windows; for an order without those in which a constant line of more than"
+    f" {_HIDING:g} of its amplitude crosses it"
+)
 _FRACTIONS = ((1, 12.0), (2, 4.5), (3, 2.0))  # denominators of orders that rubbing excites, and the highest such order
 _SIMPLE = 0.005  # relative: an order so near to a simple fraction is taken as that (a filtered speed signal lags)
 _WIDEST = 0.03  # orders: upper limit of that tolerance
@@ -151,7 +154,7 @@ def find_lines(
         If speed and its times differ in length.
     """
     if len(speed_time) != len(speed_hz):
-        raise InputError(f"{len(speed_hz)} values of speed at {len(speed_time)} times; give one a time")
+        raise InputError(f"{len(speed_hz)} values of speed for {len(speed_time)} times; give one value per time")
     known = np.isfinite(speed_hz) & np.isfinite(speed_time)
     if known.sum() < 2:
         return ()

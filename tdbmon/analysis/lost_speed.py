@@ -9,8 +9,8 @@ import numpy as np
 from tdbmon.analysis.drag_law import Coast, LawFit
 from tdbmon.estimate import Z95, Estimate
 
-_LAW = "speed at the release less the fitted law carried back to it"
-_LEVEL = "speed at the release less the steady speed after the contacts, carried back to it"
+_LAW = "speed at the release minus that of the fitted law extrapolated back to it"
+_LEVEL = "speed at the release minus the steady speed after the contacts, extrapolated back to it"
 
 
 def lost_to_level(initial: Estimate, level: LawFit, release: float) -> Estimate:
@@ -50,8 +50,8 @@ def gained_in(lost: Estimate, begin: float) -> str:
     if lost.value is None or lost.high is None or lost.high >= 0:
         return ""
     return (
-        f"carried back to the release, the law that the speed follows from {begin:.3g} s on takes {-lost.value:.3g} Hz more than"
-        " was lost, and contacts drive no rotor: does the drive brake, or was it still on after the release?"
+        f"the drag law fitted from {begin:.3g} s on, extrapolated back to the release, gives {-lost.value:.3g} Hz more than the"
+        " speed there, but contacts cannot drive a rotor: does the drive brake, or was it still on after the release?"
     )
 
 

@@ -18,7 +18,7 @@ from tdbmon.record.timebase import usual_interval
 
 _BLOCKS = 2000  # at most, after the release
 _SAME_SHAFT = 0.05  # relative difference beyond which speed signal and pulses do not belong to the same shaft
-NO_PULSES = Estimate.missing("1", "no speed signal and keyphasor to compare")
+NO_PULSES = Estimate.missing("1", "no comparison: the speed signal or the keyphasor is missing")
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def _scale(ratio: Estimate) -> tuple[float, str, bool]:
     if ratio.value is None or ratio.low is None or ratio.high is None:
         return 1.0, "speed signal", False
     if abs(ratio.value - 1) > _SAME_SHAFT:
-        return 1.0, f"speed signal (the keyphasor disagrees: {ratio.value:.3g} revolutions a pulse)", False
+        return 1.0, f"speed signal (the keyphasor disagrees: {ratio.value:.3g} revolutions per pulse)", False
     if ratio.low <= 1 <= ratio.high:
         return 1.0, "speed signal, confirmed by the keyphasor", True
-    return ratio.value, "speed signal, its scale set by the keyphasor", True
+    return ratio.value, "speed signal, scaled by the keyphasor", True

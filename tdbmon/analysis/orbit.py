@@ -59,7 +59,7 @@ def orbit(
         If `kind` is unknown, `revolutions` is below 1, or the angle is not known over that many revolutions after `start_s`.
     """
     if kind not in _KINDS:
-        raise InputError(f"an orbit of kind '{kind}' is not known; one of {', '.join(_KINDS)}")
+        raise InputError(f"unknown kind of orbit '{kind}'; give one of {', '.join(_KINDS)}")
     time = planes.time.to_numpy()
     turns = (turned_through(angle, time, sense) - sense * mark) / (2 * np.pi)
     first, last, zero = _whole(time, turns, start_s, revolutions)
@@ -109,7 +109,8 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
     length = round(window_s * rate)
     if not 2 <= length <= samples:
         raise InputError(
-            f"a window of {window_s:g} s holds {length} of the record's {samples} samples at {rate:g} Hz; give another"
+            f"a window of {window_s:g} s holds {length} of the record's {samples} samples at {rate:g} Hz; give one of 2 samples"
+            " to the whole record"
         )
     time = planes.time.to_numpy()
     whole = [slice(p.start, p.start + (p.stop - p.start) // length * length) for p in pieces(time)]
@@ -130,7 +131,7 @@ def centreline(planes: xr.Dataset, window_s: float = 0.2) -> xr.Dataset:
 def _whole(time: np.ndarray, turns: np.ndarray, start_s: float, revolutions: int) -> tuple[int, int, int]:
     """Return first and last sample of the revolutions after `start_s`, and the number of the first revolution."""
     if revolutions < 1:
-        raise InputError(f"an orbit of {revolutions} revolutions cannot be cut; give 1 or more")
+        raise InputError(f"an orbit of {revolutions} revolutions cannot be extracted; give 1 or more")
     after = np.flatnonzero((time >= start_s) & np.isfinite(turns))
     if after.size:
         zero = int(np.ceil(turns[after[0]] - 1e-6))
@@ -140,7 +141,7 @@ def _whole(time: np.ndarray, turns: np.ndarray, start_s: float, revolutions: int
             return int(inside[0]), int(inside[-1]), zero
     known = turns[after][-1] - turns[after][0] if after.size else 0.0
     raise InputError(
-        f"{revolutions} whole revolutions after {start_s:g} s are not known; the shaft angle covers {known:.1f} there"
+        f"{revolutions} whole revolutions after {start_s:g} s are not available; the shaft angle covers {known:.1f} there"
     )
 
 

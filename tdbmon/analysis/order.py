@@ -207,7 +207,7 @@ def turned_through(angle: np.ndarray, time: np.ndarray, sense: int) -> np.ndarra
         If `angle` does not fit the time axis or runs against `sense`.
     """
     if angle.shape != time.shape:
-        raise InputError(f"{angle.size} shaft angles for {time.size} samples; give one a sample")
+        raise InputError(f"{angle.size} shaft angles for {time.size} samples; give one per sample")
     turned = sense * angle
     known = turned[np.isfinite(turned)]
     if known.size > 1 and (np.diff(known) < 0).any():

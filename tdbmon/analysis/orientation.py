@@ -136,7 +136,7 @@ def _likely_cause(
     levitated = _levitated(probes, record, release_s)
     if levitated is not None and at_bottom(readings - levitated):
         before = " and ".join(f"{p.name} {v * 1e6:+.0f} um" for p, v in zip(probes, levitated, strict=True))
-        return f"yet it fell straight down: a probe's zero is off ({before} while it levitated), check its offset"
+        return f"yet it fell straight down: the zero of a probe is wrong ({before} in levitation), check its offset"
     found = []
     for swap, signs in product((False, True), product((1, -1), repeat=2)):
         tried = (readings[::-1] if swap else readings) * np.array(signs)

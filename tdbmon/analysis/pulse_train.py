@@ -68,12 +68,12 @@ def compare_with_pulses(
     parted = (np.abs(apart) > _MISCOUNTED) | _leapt(apart, each[:, 2], float(speeds[0]) * step)
     if parted.any():
         why = (
-            f"the keyphasor's pulses are not one a turn by the speed signal in {parted.sum()} of {len(parted)} intervals, the"
-            f" first at {turns.begin[parted][0]:.4g} s: some were missed or surplus, or samples were lost there"
+            f"by the speed signal, {parted.sum()} of {len(parted)} intervals between keyphasor pulses are not one revolution, the"
+            f" first at {turns.begin[parted][0]:.4g} s: pulses were missed or surplus, or samples were lost there"
         )
         return Estimate.missing("1", why), None
     sigma = np.sqrt(np.diag(np.linalg.pinv((weight @ columns).T @ (weight @ columns))))
-    method = "revolutions of the speed signal over pulses counted"
+    method = "revolutions by the speed signal over pulses counted"
     value, half = float(solution[0]), Z95 * float(sigma[0]) + step / float(since[-1])
     half += delay * abs(float(speeds[0] - speeds[-1])) / float(counted[-1])
     ratio = Estimate(value, value - half, value + half, "1", method)

@@ -171,7 +171,7 @@ def find_release(
     valid = np.isfinite(data).all(axis=0)
     hole = _hole(t, valid, time[start] - _CLEAR_S)
     if hole is not None and valid[start - first :].sum() < _SEEN_S * rate:
-        why = f"{said(hole)}, where the shaft falls: the release may lie anywhere in it; record without gaps"
+        why = f"{said(hole)}, when the shaft falls: the release may lie anywhere in this gap; record without gaps"
         return not_told(why, {})
     t, data = t[valid], data[:, valid]
     mains = machine.mains if start - first > rate / machine.mains else None
@@ -205,7 +205,7 @@ def find_release(
         maps, names = planes.weights.sel(end=ends).to_numpy().reshape(2 * len(ends), -1), planes.probe.values
         shares = _shares(maps, names, machine, replace(fit, t=time[later], data=z[:, later]), best)
     which = "both ends" if len(ends) > 1 else f"end {ends[0]} alone"
-    rule = f"levitated orbit and free fall joined without a jump, {which}"
+    rule = f"levitated orbit and free fall joined continuously, {which}"
     return Release(
         time=Estimate(best.time, best.low, best.high, "s", rule),
         force_decay=_force_decay(best, float(time[-1] - time[0])),
@@ -275,12 +275,12 @@ def _no_fall(falls: Mapping[str, Fall], gravity: float) -> str:
     """Return why the motion is no fall under gravity, without which a release cannot be dated; "" if it is one."""
     vertical = [(fall.acceleration[1], fall.whirl) for fall in falls.values()]
     if gravity > 0 and all(y > _UPWARDS * gravity + whirl for y, whirl in vertical):
-        return "the shaft falls upwards (see free fall), so that no fall under gravity dates the release: check the probes' signs"
+        return "the shaft falls upwards (see free fall), so its fall cannot date the release: check the probes' signs"
     if all(abs(y) < _LEAST_FALL * gravity and whirl == 0.0 for y, whirl in vertical):
         return (
-            "the shaft moves without falling (see free fall), so that no fall under gravity dates the release: one that stands"
-            " upright does not fall, nor one that the magnetic bearings lower; of a horizontal one that was dropped check"
-            " sampling rate and sensitivities"
+            "the shaft moves without falling (see free fall), so no fall can date the release: a vertical shaft does not fall,"
+            " nor does one that the magnetic bearings lower; if a horizontal shaft was dropped, check sampling rate and"
+            " sensitivities"
         )
     return ""
 
@@ -289,15 +289,15 @@ def _force_decay(best: FittedRelease, record_s: float) -> Estimate:
     """Return the time constant of the magnetic force, or why there is none, for a record of length `record_s`, s."""
     misread = _misread(best.misread) if best.misread else ""
     if best.decay is None:
-        why = f"{misread}: such a decay is not sure" if misread else _AT_ONCE
+        why = f"{misread}: such a decay is uncertain" if misread else _AT_ONCE
         return Estimate.missing("ms", why)
     low, high = (each * 1e3 for each in best.decay[1:])
     if best.decay[2] > record_s:  # as without a fall: a force that hardly changes explains the motion as well
-        why = f"any decay within {low:.3g} to {high:.3g} ms explains what the probes see, in a record of {record_s * 1e3:.3g} ms"
+        why = f"any decay from {low:.3g} to {high:.3g} ms explains the probe readings, in a record of {record_s * 1e3:.3g} ms"
         return Estimate.missing("ms", why)
     unsure = "; a sudden release explains the fall nearly as well" if low <= 0 else ""
     unsure = f"; {misread}" if misread else unsure
-    return Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile of the misfit{unsure}")
+    return Estimate(*best.decay, "ms", f"exponential decay of the holding force, profile likelihood{unsure}")
 
 
 def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequence[str]) -> dict[str, EndState]:
@@ -310,8 +310,8 @@ def _states(fit: ReleaseFit, best: FittedRelease, planes: xr.Dataset, ends: Sequ
     places = [(x, y) for x, y in fit.place(best.time).reshape(-1, 2).tolist()]
     out = {}
     for i, end in enumerate(ends):
-        where = ", at the probes" if planes.plane.sel(end=end) == "probe" else ""
-        rule = f"levitated orbit continued to the release{where}"
+        where = ", at the probe plane" if planes.plane.sel(end=end) == "probe" else ""
+        rule = f"levitated orbit extrapolated to the release{where}"
         (x, y), (vx, vy) = (
             [Estimate.from_sigma(v, s, unit, rule) for v, s in zip(value[order, i], sigma[order, i], strict=True)]
             for order, unit in enumerate(("um", "mm/s"))
@@ -367,7 +367,7 @@ def _shares(
         found = gravity_alone(replace(fit, sag=fit.sag.mapped(np.diag(read))), release.time, decay)
     if found is None:
         return {}
-    rule = "free fall, freed of turning and springing back"
+    rule = "free fall, corrected for once-per-revolution motion and elastic spring-back"
     return {
         str(name): Estimate.from_sigma(float(value / p), float(np.hypot(error / p, _SHARE_ERROR)), "1", rule)
         for name, value, error, p, seen in zip(names, *found, pull, upright, strict=True)
@@ -436,5 +436,5 @@ def _hole(t: np.ndarray, valid: np.ndarray, since: float) -> tuple[float, float]
 def _misread(decay: float) -> str:
     return (
         f"a sudden release explains the fall as well as a force that decays in {decay * 1e3:.2g} ms, if the probes read up to"
-        f" {percent(PROBE_SCALE)} too much or too little, as they may (check their sensitivity)"
+        f" {percent(PROBE_SCALE)} too much or too little, which is possible (check their sensitivity)"
     )

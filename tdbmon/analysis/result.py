@@ -229,9 +229,9 @@ class Analysis:
         fallen = [end for end in self.ends.values() if not end.held]
         times = [end.gap.settled_from for end in fallen if end.gap is not None]
         if not times or len(times) < len(fallen):
-            return Estimate.missing("s", "not both ends have a clearance circle")
-        rule = "last bounce of more than a tenth of the gap"
-        return Estimate(max(times), unit="s", method=rule, why="stated to the sample")
+            return Estimate.missing("s", "not every end that fell has a clearance circle")
+        rule = "end of the last bounce of more than a tenth of the gap"
+        return Estimate(max(times), unit="s", method=rule, why="no interval: resolved to one sample")
 
     @property
     def settle_time(self) -> Estimate:

@@ -56,9 +56,9 @@ def returned(planes: xr.Dataset, end: str, machine: Machine, release_s: float | 
         return ""
     if apart <= _BACK * gap and moves <= _WHIRLS * gap:
         return (
-            f"at the end the shaft is within {um(apart)} of where it levitated, though it went {um(reach)} from there: either"
-            " the channels are AC coupled or behind a high-pass (set the data acquisition to DC coupling), or the magnetic"
-            " bearings took the rotor up again (cut the record before that)"
+            f"at the end the shaft is within {um(apart)} of its levitated position, though it moved {um(reach)} away: either"
+            " the channels are AC coupled or high-pass filtered (set the data acquisition to DC coupling), or the magnetic"
+            " bearings lifted the rotor again (cut the record before that)"
         )
     near = _BACK * gap + float(np.nanmax(np.hypot(*(before - start[:, None]))))
     return _held(time[time >= release_s], np.hypot(*(after - start[:, None])) < near) if apart > near else ""
@@ -74,6 +74,6 @@ def _held(time: np.ndarray, near: np.ndarray) -> str:
         return ""
     begin, end = float(time[hovers.start]), float(time[hovers.stop - 1])
     return (
-        f"from {begin:.4g} s to {end:.4g} s the shaft is back where it levitated: the magnetic bearings took the rotor up again"
-        " (cut the record before that)"
+        f"from {begin:.4g} s to {end:.4g} s the shaft is back at its levitated position: the magnetic bearings lifted the rotor"
+        " again (cut the record before that)"
     )

@@ -91,14 +91,14 @@ class Rotation:
         """Fit the run-down from the release, or else from the first value; if impossible, append a failed check saying why."""
         if not self.known:
             if self.time.size:
-                few = f"{counted(self.time.size, 'value')} of the speed in all; {_FEWEST} are needed for a run-down"
+                few = f"{counted(self.time.size, 'value')} of the speed in the record; {_FEWEST} are needed for a run-down"
                 few += ": record it more often"
                 checks.append(Check("speed", "speed", False, few))
             return None
         time, hz = self._signal
         if released is not None and not time[0] <= released < time[-1]:
-            known = f"known from {time[0]:.4g} to {time[-1]:.4g} s only, not at the release ({released:.4g} s)"
-            checks.append(Check("speed", "", False, f"{known}: no run-down is told"))
+            known = f"known only from {time[0]:.4g} to {time[-1]:.4g} s, not at the release ({released:.4g} s)"
+            checks.append(Check("speed", "", False, f"{known}: no run-down is evaluated"))
             return None
         return fit_rundown(
             time,

@@ -36,8 +36,8 @@ _TELLING = 0.5  # share of the total drag: an upper limit of the constant part a
 _TURNS_HZ = 1.0  # a steady reading below is not taken for rotation, and no lost speed is computed from it
 _PLAINLY = 1e-3  # apparent gain of speed, relative to that at the release, above which a drive is suspected
 _BY_INERTIA = (
-    ", times 2π and the polar inertia of the machine file; the interval holds the noise of the speed alone, neither an error of"
-    " that inertia nor of the law"
+    ", times 2π and the polar inertia of the machine file; the interval includes only the noise of the speed, no error of"
+    " that inertia or of the law"
 )
 
 
@@ -210,7 +210,7 @@ def speed_alone(time: np.ndarray, speed: np.ndarray | None, *, pulses: Pulses | 
     """
     found = fit_rundown(time, speed, release_time=float(time[-2]), polar_inertia=None, pulses=pulses, held=held)
     initial = (
-        replace(found.initial, method=f"{found.source}, as the record ends") if found.initial.known else found.initial
+        replace(found.initial, method=f"{found.source}, at the end of the record") if found.initial.known else found.initial
     )
     return RunDown.missing(why, initial=initial, source=found.source, pulse_ratio=found.pulse_ratio)
 
@@ -235,14 +235,14 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
         )
 
     if len(after) < FEWEST:
-        return without(f"{len(after)} usable means of the speed after the release; {FEWEST} are needed")
+        return without(f"{len(after)} usable mean values of the speed after the release; {FEWEST} are needed")
     scatter = float(np.std(np.diff(after.mean)))
     head = float(np.median(after.mean[:FEWEST]))
     if head <= max(6 * scatter, 0.0) / np.sqrt(FEWEST):
-        return without(f"the speed after the release is {head:.3g} Hz: nothing turns forward in this record")
+        return without(f"the speed after the release is {head:.3g} Hz: the rotor does not turn forward in this record")
     stretch = find_stretch(after, release, rest.lost_from)
     if stretch is None:
-        return without("too few means of the speed before standstill")
+        return without("too few mean values of the speed before standstill")
     reached = bool(stretch.end[-1] >= min(rest.turning_until, after.end[-1]) - 1e-9)
     if reached:  # a law with constant drag holds down to zero, as the rotor comes to rest
         stretch = replace(stretch, offset_sigma=rest.level_sigma)
@@ -270,7 +270,7 @@ def _run(observed: Observed, last: float, release: float, polar_inertia: float |
     decay = decay_time_of(chosen, levitated, stretch)
     # reason why the law must not be extrapolated
     slips = decay.why if levitated is None and is_short(stretch) else ""
-    hidden = slips if reached else "the fitted law does not hold down to the slowest measured speed"
+    hidden = slips if reached else "the fitted law does not hold down to the lowest measured speed"
     lost = lost_to_law(initial, fit, release, decay, stretch)
     gained = gained_in(lost, float(stretch.begin[0]))
     # if rings may still slip, the law already contains part of the speed lost to them
@@ -350,7 +350,7 @@ def _torque(candidates: list[Candidate], chosen: Candidate, polar_inertia: float
     whole = factor * float(chosen.fit.law.deceleration(chosen.fit.law.speed))
     if most > _TELLING * whole:
         why = (
-            f"no constant drag is seen, nor could it be in so short a run-down beside the whole drag of {whole:.2g} N m"
+            f"no constant drag is seen; in so short a run-down it could not be separated from the total drag of {whole:.2g} N m"
         )
         return Estimate.missing("N m", why)
     return Estimate.missing("N m", f"no constant drag is seen; with 95 % confidence it is below {most:.2g} N m")
@@ -364,11 +364,11 @@ def _check(
     polar_inertia: float | None,
 ) -> None:
     if time.ndim != 1 or len(time) < 2 or not np.all(np.diff(time) > 0):
-        raise InputError("the times of the speed signal do not rise from sample to sample; give them in s, in order")
+        raise InputError("the times of the speed signal do not increase from sample to sample; give them in s, in order")
     if speed is not None and speed.shape != time.shape:
-        raise InputError(f"{speed.size} values of speed against {time.size} times; give one speed a sample")
+        raise InputError(f"{speed.size} values of speed for {time.size} times; give one speed per sample")
     if pulses is not None and not np.all(np.diff(pulses.times) > 0):
-        raise InputError("the pulse times do not rise from pulse to pulse; give them in s, in order")
+        raise InputError("the pulse times do not increase from pulse to pulse; give them in s, in order")
     if not time[0] <= release < time[-1]:
         raise InputError(f"the release at {release:g} s lies outside the record ({time[0]:g} to {time[-1]:g} s)")
     if polar_inertia is not None and not polar_inertia > 0:

@@ -15,7 +15,7 @@ from tdbmon.analysis.result import EndResult
 from tdbmon.record.finding import Check, um
 
 _CHECK = "set point"
-_NO_CENTRE = "the check of the set point failed: where a bore is not round, the centre of its circle is not that of the clearance"
+_NO_CENTRE = "the check of the set point failed: if the bore is not round, the centre of its circle is not the clearance centre"
 _MOST = 0.25  # largest plausible offset of a set point from the centre, in gaps; the shipped machines stay within 0.2
 
 
@@ -26,7 +26,7 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
         state = release.states.get(name)
         if state is None or end.gap is None:
             continue
-        away = end.gap.away(state.levitated, "levitated mean from the clearance centre")
+        away = end.gap.away(state.levitated, "mean levitated position, from the clearance centre")
         if away.value is None or away.high is None:
             continue
         apart, half = away.value, away.high - away.value
@@ -35,8 +35,8 @@ def check_set_point(ends: dict[str, EndResult], release: Release, machine: Machi
         detail = f"the shaft levitated {um(apart)} (± {um(half)}) from the centre of its clearance, {apart / gap:.2f} of the gap"
         if not passed:
             detail += (
-                ": the bore is not round (then the arc tells its curvature at the bottom, and radius and air gap are wrong), or"
-                " the set point of the magnetic bearing is off"
+                ": the bore is not round (then the arc gives only its curvature at the bottom, and radius and air gap are wrong),"
+                " or the set point of the magnetic bearing is off"
             )
         found.append(Check(_CHECK, name, passed, detail))
     return found

@@ -9,8 +9,8 @@ _SHORT_S = 1.0  # a shorter fit cannot separate the drag of slipping rings from 
 SLIPPING = 0.03  # except by comparison with levitation: a relative deceleration larger by this share is slip
 FALLING = 4.0  # standard deviations by which a deceleration must differ from zero
 HIDDEN = (
-    f"less than {_SHORT_S:g} s after the contacts tell the rotor's own run-down from the drag of the bearings only beside a"
-    " levitated one, which this record does not show well enough; a longer record is needed"
+    f"with less than {_SHORT_S:g} s after the contacts, the rotor's own run-down can be separated from the drag of the bearings"
+    " only by a levitated run-down, which this record does not show well enough; a longer record is needed"
 )
 
 
@@ -33,6 +33,6 @@ def slip_in(stretch: Coast, fit: LawFit, levitated: LawFit) -> str:
     if now - then < SLIPPING * then + Z95 * levitated.sigma("linear"):
         return ""
     return (
-        f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed a second,"
+        f"the rings still slip when the record ends: the rotor loses {100 * now:.3g} % of its speed per second,"
         f" in levitation {100 * then:.3g} %; a longer record is needed"
     )

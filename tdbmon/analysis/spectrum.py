@@ -206,7 +206,7 @@ def cascade(
     speed = np.maximum(mean_over(at, hz, centre[inside], spectra.attrs["window_s"]), 0.0)
     width = step_hz if step_hz is not None else max(speed.max() / 100, 1e-6)
     if not width > 0:
-        raise InputError(f"a speed step of {width:g} Hz makes no cascade; give a positive one")
+        raise InputError(f"a speed step of {width:g} Hz is not positive; a cascade needs a positive one")
     steps, member, count = np.unique(np.floor(speed / width), return_inverse=True, return_counts=True)
     variables = {}
     for name, values in spectra.data_vars.items():
@@ -253,7 +253,7 @@ class _Frame:
         if not 16 <= length <= samples:
             raise InputError(
                 f"a window of {wanted:g} s holds {length} of the record's {samples} samples at {rate:g} Hz;"
-                f" give 16 samples ({16 / rate:g} s) to the whole record ({duration:g} s)"
+                f" give 16 samples ({16 / rate:g} s) or more, at most the whole record ({duration:g} s)"
             )
         step = round((length / 4) if step_s is None else step_s * rate)
         if step < 1:

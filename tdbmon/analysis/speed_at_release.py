@@ -19,7 +19,7 @@ from tdbmon.record.speed_checks import STANDSTILL_HZ
 
 # levitated stretch before the release from which its speed is estimated; longer if the speed is recorded rarely
 _LEAD_S = 0.2
-AGE = "how old a held speed may be"
+AGE = "the possible age of a held speed value"
 _FEWEST = 6  # least number of mean speeds in it
 _LEAST_S = 0.005  # least duration of levitation for an estimate
 _MISFIT = 4.0  # residual over noise variance above which the law does not describe the levitated speed
@@ -81,13 +81,13 @@ def speed_at_release(
     way, s.
     """
     if before is None and 0 < len(lead) < _FEWEST:
-        told = f"the speed is told {counted(len(lead), 'time')} before the release; {_FEWEST} are needed"
+        told = f"{counted(len(lead), 'value')} of the speed before the release; {_FEWEST} are needed"
         return Estimate.missing("Hz", told)
     if before is None and _levitates(lead, release) and np.ptp(lead.mean) > 0:
         mean = float(lead.mean.mean())
         if abs(mean) < STANDSTILL_HZ:
             sigma = noise_of(lead.mean - mean, 1).slow / float(np.sqrt(len(lead)))
-            return Estimate.from_sigma(mean, sigma, "Hz", f"{source}, mean up to the release: the shaft stands")
+            return Estimate.from_sigma(mean, sigma, "Hz", f"{source}, mean up to the release: the shaft is at standstill")
     if before is None:
         return Estimate.missing("Hz", "no levitated stretch with rotation before the release")
     if quantile is None:

@@ -128,9 +128,9 @@ def stop_seen(rest: Rest, why: str) -> Estimate:
     if not rest.found:
         return Estimate.missing("s", f"the record ends before standstill, and {why}")
     if rest.creeps:
-        fades = f"the speed fades below the {rest.resolution * 1e3:.1f} mHz that its signal resolves"
-        return Estimate.missing("s", f"not before {rest.turned_at:.4g} s; {fades}: the rotor may creep on")
-    method = f"speed signal below what it resolves ({rest.resolution * 1e3:.1f} mHz)"
+        fades = f"then the speed is below the resolution of its signal, {rest.resolution * 1e3:.1f} mHz"
+        return Estimate.missing("s", f"not before {rest.turned_at:.4g} s; {fades}, and the rotor may still creep")
+    method = f"speed signal below its resolution ({rest.resolution * 1e3:.1f} mHz)"
     return Estimate(0.5 * (rest.turned_at + rest.lost_from), rest.turned_at, rest.lost_from, "s", method)
 
 
@@ -154,15 +154,15 @@ def stop_time(fit: LawFit, rest: Rest, reached: bool, last: float, release: floa
     if not np.isfinite(stop):
         return Estimate.missing("s", "the record ends before standstill, and the law without constant drag never stops")
     if not reached:
-        return Estimate.missing("s", "the fitted law does not hold down to the slowest measured speed")
+        return Estimate.missing("s", "the fitted law does not hold down to the lowest measured speed")
     times = np.sort(fit.law.start + slowing_time(fit.draw(_DRAWS), 0.0))
     low, high = times[round(0.025 * _DRAWS)], times[round(0.975 * _DRAWS)]
     if rest.found:
-        return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds to the end")
+        return Estimate(stop, float(low), float(min(high, last)), "s", "zero of the fitted law, which holds down to standstill")
     if high > last + FARTHEST * (last - release):
         return Estimate.missing("s", f"the record ends at {last:.3g} s, too early to say when the rotor stops")
     scatter = f"{low:.4g} to {high:.4g} s if it does"
-    why = f"no interval: nothing tells whether the law holds down to rest ({scatter})"
+    why = f"no interval: it is not known whether the law holds down to standstill ({scatter})"
     return Estimate(
-        stop, unit="s", method="extrapolated: zero of the fitted law, beyond the slowest measured speed", why=why
+        stop, unit="s", method="extrapolated: zero of the fitted law, below the lowest measured speed", why=why
     )

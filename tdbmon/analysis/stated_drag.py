@@ -82,21 +82,21 @@ def against_stated(measured: Estimate, stated: Tolerant, whirled: bool, load: fl
     low = measured.value if measured.low is None else measured.low
     high = measured.value if measured.high is None else measured.high
     if low > stated.high and whirled:
-        return "above: the shaft whirled around its clearance, and its friction on the rings is in it"
+        return "above: it includes the friction of the shaft on the rings, as the shaft whirled around its clearance"
     if low > stated.high:
         said = (
-            "above: it holds all losses of the rotor that do not change with the speed, not those of the rings alone, or"
-            " the bearings turn harder than the machine file says"
+            "above: it includes all losses of the rotor that do not change with the speed, not only those of the rings, or"
+            " the bearings have more drag than the machine file says"
         )
         friction = (measured.value - stated.nominal) / load
         if _LEAST_FRICTION < friction < _GREATEST_FRICTION:
             said += (
-                f". What is more than stated is {friction:.2g} of the weight at the radius of the bores, where rolling bearings"
-                " take 0.001 to 0.002 of their load: the stated drag may be that of unloaded rings"
+                f". The excess is {friction:.2g} of the weight, at the radius of the bores; rolling bearings have a friction of"
+                " 0.001 to 0.002 of their load: the stated drag may be that of unloaded rings"
             )
         return said
     if high < stated.low:
-        return "below: the bearings turn more easily than the machine file says, or the shaft did not carry the rings with it"
+        return "below: the bearings have less drag than the machine file says, or the shaft did not drive the rings"
     if stated.low <= low and high <= stated.high:
-        return "within: though other losses of the rotor that do not change with the speed are in it too"
-    return "where nothing is decided: its interval reaches over a limit of what is stated"
+        return "within, though it also includes other losses of the rotor that do not change with the speed"
+    return "across a limit of the stated range with its interval: the comparison is inconclusive"

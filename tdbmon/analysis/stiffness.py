@@ -39,7 +39,7 @@ def single_mass_stiffness(first: FirstContact | None, mass: float) -> Estimate:
     value, low, high = (
         float(mass * (np.pi / each) ** 2) for each in (half, half + apart, max(half - apart, 0.1 * half))
     )
-    rule = "half a period about the position at rest, single mass"
+    rule = "half a period of a single mass about the position at rest"
     return Estimate(
         value,
         low / _MODEL[1],

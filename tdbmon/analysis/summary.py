@@ -11,10 +11,10 @@ from tdbmon.analysis.vibration_zone import zone
 from tdbmon.estimate import Estimate, since
 from tdbmon.quantity import printed, why_no_interval
 
-FORCES_TELL = "fall and first contacts are in the record all the same: --forces fits them, which takes no circle"
+FORCES_TELL = "fall and first contacts are in the record: --forces fits a simulation to them, without a clearance circle"
 _SHOWN_IN = {"  duration": "ms"}
 _HALF = (0.4, 0.65)  # measured over stated gap: about a half suggests that the diametral clearance was stated
-_BY_INERTIA = ", by the machine file's polar inertia; the interval holds the speed's noise alone"
+_BY_INERTIA = ", with the machine file's polar inertia; the interval includes only the speed's noise"
 
 
 def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
@@ -25,7 +25,7 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
         if analysis.release.force_decay.known:
             rows.append(("  magnetic force decays", analysis.release.force_decay, ""))
     if analysis.rundown is not None and not analysis.falls:
-        rows.append(("speed as the record ends", analysis.rundown.initial, ""))
+        rows.append(("speed at the record's end", analysis.rundown.initial, ""))
     elif analysis.rundown is not None:
         rows.append(("speed at the release", analysis.rundown.initial, ""))
         rows.append(("speed decay time", analysis.rundown.decay_time, ""))
@@ -41,7 +41,7 @@ def summary_lines(analysis: Analysis, fitted: bool = False) -> list[str]:
     if failed:
         lines += [f"  failed: {c.check}{' ' + c.channel if c.channel else ''}: {c.detail}" for c in failed]
         lines.append(
-            "  what follows rests on these channels but for what is left out: read it with the failed checks in mind"
+            "  the results below use these channels, except those left out: read them with the failed checks in mind"
         )
     lines += _whirls(analysis)
     lines.append(f"{'rotor':<26}{weight(analysis)}")
@@ -89,7 +89,7 @@ def _whirls(analysis: Analysis) -> list[str]:
         begin = f"{onset.value:.4f} s"
         if (after := since(onset, analysis.release_time)).known:
             begin = f"{printed(after)} after the release [{begin}]"
-        about = ", about the drawing's gap" if whirl.drawn else ""
+        about = ", with the drawing's gap" if whirl.drawn else ""
         told = f"from {begin}; the longest lasts {longest.duration_s:.3g} s at {printed(longest.frequency)}{about}"
         lines.append(f"{f'{name}, {end}':<26}{told}")
     return lines
@@ -154,6 +154,6 @@ def _beside_the_drawing(gap: Estimate, drawn: Tolerant) -> str:
     share = (gap.low + gap.high) / (2 * drawn.nominal)
     twice = " (radial_gap is half of the diametral clearance)" if _HALF[0] < share < _HALF[1] else ""
     return (
-        f", outside the tolerance ({tolerance}): {cause}gap of the machine file{twice}, sensitivity or weight of the rotor"
-        " are wrong"
+        f", outside the tolerance ({tolerance}): {cause}wrong gap in the machine file{twice}, wrong sensitivity or"
+        " wrong weight of the rotor"
     )

@@ -113,7 +113,7 @@ def find_swing(planes: xr.Dataset, machine: Machine, rotor: RotorModel, settled_
         misfit = max(1.0, float(np.sum(weight * (values - value) ** 2)) / max(len(values) - 1, 1))
         spread = float(np.hypot(np.sqrt(misfit / np.sum(weight)), _MODEL * value))
         gap[end] = Estimate.from_sigma(value, spread, "um", "pendulum swing in the clearance, two ends coupled")
-    untold = Estimate.missing("Hz", "only the other swing stands out of the noise")
+    untold = Estimate.missing("Hz", "only the other swing is above the noise")
     return Swing(
         (untold if lower is None else lower.frequency, untold if higher is None else higher.frequency),
         (None if lower is None else lower.shape, None if higher is None else higher.shape),

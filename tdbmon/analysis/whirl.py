@@ -43,7 +43,7 @@ _ROUNDING = 1e-6  # tolerance for rounding of a rate computed from times
 _ARC = _TURN / 3  # longest missing arc with an unambiguous direction
 _PACE = 3  # steps on either side from which the angular velocity is estimated
 _HIDDEN_S = 0.02  # limit of missing time, in total or at once: some turns of a whirl
-_RULE = "begin of the advance, by the rule of a whole turn"
+_RULE = "start of the first advance of a whole turn or more"
 
 
 @dataclass(frozen=True)
@@ -178,8 +178,8 @@ def find_whirl(
         max(advances, key=lambda a: a.duration_s, default=None) for advances in (full + backward, backward, full)
     )
     return Whirl(
-        backward_onset=_onset(backward, hidden or "the shaft does not go round against its rotation"),
-        full_onset=_onset(full, hidden or "the shaft does not go round the whole clearance"),
+        backward_onset=_onset(backward, hidden or "the shaft does not circle against its rotation"),
+        full_onset=_onset(full, hidden or "the shaft does not circle around the whole clearance"),
         frequency=longest.frequency if longest else Estimate.missing("Hz", hidden or "no whirl was found"),
         last_s=max((a.until_s for a in full + backward), default=-np.inf),
         longest_backward=longest_backward,
@@ -196,7 +196,7 @@ def _polar(
     Short missing arcs are bridged.
     """
     if not gap > 0:
-        raise InputError(f"a gap of {gap * 1e6:g} um has no inside; give the radius of the clearance circle")
+        raise InputError(f"a gap of {gap * 1e6:g} um is not positive; give the radius of the clearance circle")
     time = planes.time.to_numpy()
     every = max(1, int(float(planes.attrs["sampling_hz"]) / _RATE_HZ + _ROUNDING))
     some = slice(int(np.searchsorted(time, start_s)), None, every)
@@ -232,7 +232,7 @@ def _hidden(time: np.ndarray, radius: np.ndarray) -> str:
     hidden = np.isnan(radius).mean() * (span - holes) + holes
     if hidden < _HIDDEN_S:
         return ""
-    return f"{100 * hidden / span:.2g} % of the orbit is missing or cut off: a whirl may be hidden there"
+    return f"{100 * hidden / span:.2g} % of the orbit is missing or clipped: a whirl may be hidden there"
 
 
 def _advances(time: np.ndarray, angle: np.ndarray, outside: np.ndarray) -> list[Advance]:
@@ -291,10 +291,11 @@ def _advance(time: np.ndarray, course: np.ndarray) -> Advance:
     rates = 1 / np.diff(passed[first : last + 1 : _QUARTERS])
     mean = turns / (end - start)
     if len(rates) < 3:
-        frequency = Estimate(mean, unit="Hz", method="turns over their time", why="fewer than three turns")
+        frequency = Estimate(mean, unit="Hz", method="turns divided by their duration", why="fewer than three turns")
     else:
         half = float(stdtrit(len(rates) - 1, 0.975) * np.std(rates, ddof=1) / np.sqrt(len(rates)))
-        frequency = Estimate(mean, mean - half, mean + half, "Hz", "turns over their time; scatter of the turns")
+        rule = "turns divided by their duration; interval: scatter of the turns"
+        frequency = Estimate(mean, mean - half, mean + half, "Hz", rule)
     return Advance(start, end, float(way * turns), frequency, float(time[-1]))
 
 
@@ -302,4 +303,4 @@ def _onset(advances: list[Advance], why: str) -> Estimate:
     if not advances:
         return Estimate.missing("s", why)
     first = min(a.start_s for a in advances)
-    return Estimate(first, unit="s", method=_RULE, why="set by the rule, to a quarter turn; it has no interval")
+    return Estimate(first, unit="s", method=_RULE, why="no interval: defined to a quarter turn")

@@ -17,7 +17,7 @@ def circle_of(radius: Estimate, x: Estimate, y: Estimate, settled_from: float) -
         radius=radius,
         from_arc=radius,
         agrees=None,
-        oval=Estimate.missing("um", "taken as round"),
+        oval=Estimate.missing("um", "assumed circular"),
         settled_from=settled_from,
         points=np.zeros((1, 2)),
     )

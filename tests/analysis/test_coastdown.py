@@ -240,16 +240,16 @@ def test_a_missing_swing_says_what_it_lacks(machine, coastdown_record):
     long = coastdown_record.sel(time=slice(0, 20))
     assert analyse(long, machine).swing is not None
     alone = analyse(long.drop_vars(["DE_A", "DE_B"]), machine)
-    assert alone.no_swing == alone.ends["NDE"].gap_from_swing.why == "the swing takes both ends, and DE is not seen"
+    assert alone.no_swing == alone.ends["NDE"].gap_from_swing.why == "the swing needs both ends, but DE is not seen"
     features = {f.name: f.estimate for f in features_of(alone)}
     assert features["swing_1_hz"].why == alone.no_swing
     bouncing = analysed("short/drop_150")
-    assert "takes both ends at rest, and NDE is not" in bouncing.no_swing
+    assert "needs both ends at rest, but NDE is not" in bouncing.no_swing
     assert "still lifts off" in bouncing.ends["NDE"].air_gap.why
     offset = [machine.channel_in_file(name) for name in ("NDE_A", "NDE_B")]
     shifted = long.assign({name: long[name] + 1.5e-3 for name in offset})
     shifted = shifted.assign({name: shifted[name].assign_attrs(long[name].attrs) for name in offset})
-    assert analyse(shifted, machine).no_swing.endswith("DE is seen at its probes alone")
+    assert analyse(shifted, machine).no_swing.endswith("DE is seen in its probe plane only")
 
 
 def test_terminal_and_report_state_a_number_alike(coastdown):
@@ -306,7 +306,7 @@ def test_a_record_cut_before_the_release_tells_how_the_shaft_levitates(machine):
     assert cut.rundown.initial.value == pytest.approx(whole.rundown.initial.value, rel=1e-3)
     assert "does not fall" in cut.rundown.decay_time.why and not cut.rundown.models
     lines = summary_lines(cut)
-    assert any(line.startswith("speed as the record ends") for line in lines)
+    assert any(line.startswith("speed at the record's end") for line in lines)
     assert any("zone A" in line for line in lines)
     assert not any("usable" in line or "decay" in line or "standstill" in line for line in lines)
     words = str(build_report(cut))
@@ -321,7 +321,7 @@ def test_a_drop_in_a_wrong_unit_is_no_levitation(machine):
         record[probe.name] = record[probe.name].copy(data=1e-3 * record[probe.name].values)
     found = analyse(record, machine)
     assert not found.falls
-    assert all("does not stay" in each.x.why for each in found.levitation.values())
+    assert all("leaves its initial orbit" in each.x.why for each in found.levitation.values())
 
 
 def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
@@ -329,7 +329,7 @@ def test_a_gap_narrower_than_its_tolerance_is_not_called_worn(machine):
     bearings = tuple(b.model_copy(update={"radial_gap": wide}) for b in machine.touchdown_bearings)
     drawn = machine.model_copy(update={"touchdown_bearings": bearings})
     said = "\n".join(summary_lines(analyse(read(shipped("short/drop_100.nc")), drawn)))
-    assert "outside the tolerance (480 to 520 um): gap of the machine file" in said
+    assert "outside the tolerance (480 to 520 um): wrong gap in the machine file" in said
     assert "radial_gap is half of the diametral clearance" in said
     assert "worn" not in said
 

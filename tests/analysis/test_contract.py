@@ -75,7 +75,7 @@ def without_30_ms(record):
     ("shown", "why"),
     [
         (lambda record: record, None),
-        (without_30_ms, "there more contacts may lie"),
+        (without_30_ms, "more contacts may be hidden there"),
         (lambda record: record.sel(time=slice(0.115, None)), "the record begins"),
     ],
 )

@@ -30,7 +30,7 @@ def test_a_cut_arc_tells_no_circle(machine):
     assert end.contacts is None
     for estimate in (end.air_gap, end.stiffness, end.deepest):
         assert estimate.value is None
-        assert "are cut off" in estimate.why
+        assert "are clipped" in estimate.why
     assert found.release.time.value == pytest.approx(whole.release.time.value, abs=1e-6)
     assert found.release.states["NDE"].x.value == pytest.approx(whole.release.states["NDE"].x.value, abs=1e-9)
     assert {c.check for c in found.checks if not c.passed} == {"clipping"}
@@ -41,7 +41,7 @@ def test_a_cut_probe_leaves_the_other_end(machine):
     record = cut(machine, 0.5, "NDE_B")
     whole, found = analysed(SOUND).ends["DE"], analyse(record, machine)
     assert found.ends["NDE"].gap is None
-    assert "are cut off" in found.ends["NDE"].air_gap.why
+    assert "are clipped" in found.ends["NDE"].air_gap.why
     assert_same_end(found.ends["DE"], whole)
     assert any(c.check == "orbit" and c.channel == "DE" and "NDE_B (see clipping)" in c.detail for c in found.checks)
 
@@ -68,7 +68,7 @@ def test_probes_without_their_offset_leave_the_other_end(machine):
         record[channel] = (record[channel] + 1.5e-3).assign_attrs(record[channel].attrs)
     whole, found = analysed(SOUND).ends["DE"], analyse(record, machine)
     assert {c.channel for c in found.checks if c.check == "range" and not c.passed} == {"NDE_A", "NDE_B"}
-    assert "NDE_A and NDE_B read where no rotor gets to" in found.ends["NDE"].air_gap.why
+    assert "NDE_A and NDE_B read displacements that no rotor can reach" in found.ends["NDE"].air_gap.why
     assert_same_end(found.ends["DE"], whole)
 
 

@@ -101,7 +101,7 @@ def test_fall_and_speed_signal_together_prove_the_time_axis(longer, said, machin
     found = analyse(record.assign_coords(time=record.time * longer), machine)
     fall = [check.detail for check in found.checks if check.check == "free fall"]
     assert len(fall) == 2
-    assert all(f"together they say that the sampling rate is stated {said}" in detail for detail in fall)
+    assert all(f"together they show that the stated sampling rate is {said}" in detail for detail in fall)
 
 
 def test_the_suspects_are_told_by_how_much(machine):
@@ -121,8 +121,8 @@ def test_an_end_that_falls_slowly_while_the_other_falls_fast_is_let_go_later(mac
     checks = check_free_fall(find_release(tipped, machine, 57.0, [305.4]), machine)
     failed = [check for check in checks if not check.passed]
     assert failed
-    assert all("or the magnet of NDE lets go later than that of DE, which tips the shaft" in c.detail for c in failed)
-    assert not any("lets go later" in check.detail for check in fallen("short/drop_100", machine, longer=2.0))
+    assert all("or the magnet of NDE releases later than that of DE, which tilts the shaft" in c.detail for c in failed)
+    assert not any("releases later" in check.detail for check in fallen("short/drop_100", machine, longer=2.0))
 
 
 def test_a_bent_shaft_does_not_make_a_record_wrong(machine):
@@ -135,7 +135,7 @@ def test_a_bent_shaft_does_not_make_a_record_wrong(machine):
             shares.append(float(check.detail.split(", ")[1].split()[0]))
             assert check.passed
             if abs(shares[-1] - 1) > 0.4:
-                assert "tells little" in check.detail
+                assert "proves little" in check.detail
         assert all(check.passed for check in check_probe_scales(release, machine))
     assert max(shares) > 1.5 or min(shares) < 0.6
 
@@ -194,7 +194,7 @@ def test_a_magnetic_force_that_dies_away_is_named_before_the_scales(machine):
     for check in checks:
         assert not check.passed
         assert re.search(
-            r"of gravity, before it touches: a magnetic force that dies away with [34]\.?\d* ms", check.detail
+            r"of gravity, before it touches: a magnetic force that decays in [34]\.?\d* ms", check.detail
         )
 
 

@@ -257,5 +257,5 @@ def test_speed_is_needed():
     planes = _planes(_white(10))
     assert find_lines(planes, np.empty(0), np.empty(0), 1, 50.0) == ()
     assert find_lines(planes, TIME + 1000.0, SPEED, 1, 50.0) == ()
-    with pytest.raises(InputError, match="give one a time"):
+    with pytest.raises(InputError, match="give one value per time"):
         find_lines(planes, TIME, SPEED[:-1], 1, 50.0)

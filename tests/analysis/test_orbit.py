@@ -64,12 +64,12 @@ def test_revolutions_that_are_not_known_are_not_cut():
     angle[9000:] = np.nan
     planes = _planes(np.exp(1j * TURNED))
     assert float(orbit(planes, angle, 0.0, 3).time[0]) >= TIME[1000]
-    with pytest.raises(InputError, match="40 whole revolutions after 1 s are not known; the shaft angle covers 2"):
+    with pytest.raises(InputError, match="40 whole revolutions after 1 s are not available; the shaft angle covers 2"):
         orbit(planes, angle, 1.0, 40)
     angle[4000:4100] = np.nan
-    with pytest.raises(InputError, match="are not known"):
+    with pytest.raises(InputError, match="are not available"):
         orbit(planes, angle, 0.75, 5)
-    with pytest.raises(InputError, match="kind 'filtered' is not known"):
+    with pytest.raises(InputError, match="unknown kind of orbit 'filtered'"):
         orbit(planes, angle, 0.0, 3, "filtered")
     with pytest.raises(InputError, match="give 1 or more"):
         orbit(planes, angle, 0.0, 0)
@@ -83,7 +83,7 @@ def test_centreline_is_the_mean_over_each_window():
     np.testing.assert_allclose(found.position.sel(axis="x"), 1e-4 * found.time, atol=1e-10)
     np.testing.assert_allclose(found.position.sel(axis="y"), -2e-4, atol=1e-10)
     np.testing.assert_allclose(found.deviation.sel(axis="y"), 5e-5 / np.sqrt(2), rtol=1e-6)
-    with pytest.raises(InputError, match="give another"):
+    with pytest.raises(InputError, match="give one of 2 samples"):
         centreline(_planes(z), 10.0)
 
 

@@ -125,5 +125,5 @@ def test_what_cannot_be_tracked_is_said():
     planes = _planes(np.exp(1j * TURNED))
     with pytest.raises(InputError, match="against the direction of rotation"):
         track(planes, -TURNED)
-    with pytest.raises(InputError, match="one a sample"):
+    with pytest.raises(InputError, match="one per sample"):
         track(planes, TURNED[:-1])

@@ -46,7 +46,7 @@ def test_an_offset_is_no_inverted_probe(record, machine, offset):
     faulty["NDE_A"] = record["NDE_A"] + offset
     row = rows(faulty, machine)["NDE"]
     assert not row.passed
-    assert "a probe's zero is off" in row.detail
+    assert "the zero of a probe is wrong" in row.detail
     assert "inverted" not in row.detail
 
 
@@ -84,7 +84,7 @@ def test_a_zero_set_where_the_shaft_rests_is_still_told(record, machine):
     for probe, off in zip(machine.probes_at("NDE"), (3e-6, 5e-6), strict=True):
         faulty[probe.name] = record[probe.name] - record[probe.name].values[-800:].mean() + off
     row = rows(faulty, machine)["NDE"]
-    assert not row.passed and "a probe's zero is off" in row.detail
+    assert not row.passed and "the zero of a probe is wrong" in row.detail
 
 
 def test_an_end_with_a_probe_out_of_range_is_not_accused(record, machine):

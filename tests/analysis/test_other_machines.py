@@ -95,7 +95,7 @@ def test_the_terminal_tells_backward_whirl_before_all_numbers(whirling):
     for line, (end, found) in zip(lines, whirling.whirl.items(), strict=False):
         assert line.startswith(f"backward whirl, {end}") and f"[{found.backward_onset.value:.4f} s]" in line
         assert f"{found.backward_longest_s:.3g} s at {printed(found.longest_backward.frequency)}" in line
-        assert "about the drawing's gap" in line
+        assert "with the drawing's gap" in line
 
 
 def test_turns_of_the_longest_whirl_are_drawn_without_a_clearance_circle(whirling):
@@ -142,7 +142,7 @@ def test_the_whirl_is_why_no_circle_is_told(rolling):
     found = rolling[1]
     for end in found.ends.values():
         assert found.whirl[end.name].backward
-        assert end.unsettled.startswith("the shaft whirls round its clearance to the end of the record")
+        assert end.unsettled.startswith("the shaft whirls around its clearance to the end of the record")
 
 
 def test_a_shaft_that_stands_upright_dates_no_release(expander):
@@ -153,10 +153,10 @@ def test_a_shaft_that_stands_upright_dates_no_release(expander):
     record = simulate(upright, plan, bending=16)
     found = analyse(record, expander)
     assert not found.release.time.known and not found.release.force_decay.known
-    assert "stands upright does not fall" in found.release.time.why
+    assert "a vertical shaft does not fall" in found.release.time.why
     falls = [check for check in found.checks if check.check == "free fall"]
-    assert falls and all("stands upright" in check.detail for check in falls)
-    with pytest.raises(InputError, match="stands upright does not fall"):
+    assert falls and all("a vertical shaft" in check.detail for check in falls)
+    with pytest.raises(InputError, match="a vertical shaft does not fall"):
         measured_drop(record, expander)
 
 

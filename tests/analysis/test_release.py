@@ -387,5 +387,5 @@ def test_a_decay_longer_than_the_record_is_none():
     found = analyse(recorded("short/drop_100"), turned).release
     assert found.time.low <= 0.1 <= found.time.high
     assert not found.force_decay.known
-    assert "any decay within 0 to" in found.force_decay.why
+    assert "any decay from 0 to" in found.force_decay.why
     assert "in a record of 500 ms" in found.force_decay.why

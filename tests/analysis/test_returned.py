@@ -68,7 +68,7 @@ def test_a_shaft_at_the_bottom_has_not_returned(record, machine, end):
 def test_ac_coupling_and_a_shaft_taken_up_again_are_told(record, machine, faulty):
     said = told(faulty(record), machine)
     assert "AC coupled" in said
-    assert "took the rotor up again" in said
+    assert "lifted the rotor again" in said
 
 
 def test_a_shaft_held_between_two_drops_is_told(record, machine):

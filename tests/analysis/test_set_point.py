@@ -53,7 +53,7 @@ def test_a_probe_that_misreads_blames_no_bore_at_the_other_end():
     assert result.levitation["DE"].share.known
     state, levitated = result.release.states["DE"], result.levitation["DE"]
     assert state.levitated == pytest.approx((levitated.x.value, levitated.y.value), abs=1e-6)
-    assert "at the probes" in state.x.method
+    assert "at the probe plane" in state.x.method
     for got, expected in ((state.x, whole.release.states["DE"].x), (state.y, whole.release.states["DE"].y)):
         assert got.value == pytest.approx(expected.value, abs=5e-6)  # the planes are 40 mm apart
 
@@ -88,6 +88,6 @@ def test_where_arc_and_swing_disagree_no_circle_is_told(machine):
     assert not checks_of(result, "gap from arc and swing agree")["NDE"].passed
     end = result.ends["NDE"]
     assert end.gap is None
-    assert "no circle is told" in end.air_gap.why
+    assert "no circle is reported" in end.air_gap.why
     assert end.gap_from_swing.known
     assert result.ends["DE"].gap.agrees

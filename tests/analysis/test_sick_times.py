@@ -40,7 +40,7 @@ def test_a_sampling_interval_that_is_no_drops_leaves_the_speed_only(record: xr.D
     analysis = analyse(slow, machine)
     assert analysis.planes is None
     assert "the probes are sampled at 1 Hz" in failed(analysis)
-    assert "mend the sampling interval" in failed(analysis)
+    assert "correct the sampling interval" in failed(analysis)
 
 
 def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record: xr.Dataset, machine: Machine) -> None:
@@ -49,7 +49,7 @@ def test_a_keyphasor_that_ends_before_the_release_costs_the_run_down_only(record
     short = record.drop_vars(["speed", "keyphasor"]).assign(keyphasor=key.rename(time="time_key"))
     analysis = analyse(short, machine)
     assert analysis.rundown is None
-    assert re.search(r"not at the release \(0\.(0999|1000)\d s\): no run-down is told", failed(analysis))
+    assert re.search(r"not at the release \(0\.(0999|1000)\d s\): no run-down is evaluated", failed(analysis))
     whole = analyse(record, machine)
     for end, found in analysis.ends.items():
         assert found.gap.radius.value == pytest.approx(whole.ends[end].gap.radius.value, rel=0.02)
@@ -64,7 +64,7 @@ def test_probes_behind_a_filter_that_starts_with_the_record_have_no_levitated_st
     filtered = record.assign({name: record[name].copy(data=lfilter(b, a, record[name].values)) for name in PROBES})
     analysis = analyse(filtered, machine)
     assert analysis.release is None
-    assert "no levitated stretch" in failed(analysis)
+    assert "without a levitated stretch" in failed(analysis)
 
 
 def test_a_clock_that_jumps_leaves_the_run_down() -> None:
@@ -99,5 +99,5 @@ def test_an_end_without_an_orbit_names_the_probe_that_it_lacks(record: xr.Datase
 @pytest.mark.parametrize("samples", [1, 10, 100])
 def test_a_record_of_a_few_samples_is_refused_by_name(samples: int, record: xr.Dataset, machine: Machine) -> None:
     name = record.attrs["source_file"]
-    with pytest.raises(InputError, match=f"{name}: the record is too short: {samples} sample"):
+    with pytest.raises(InputError, match=f"{name}: the record is too short: the probes have {samples} sample"):
         analyse(record.isel(time=slice(0, samples)), machine)

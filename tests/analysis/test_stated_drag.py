@@ -29,7 +29,7 @@ def test_effects_of_the_machine_file_count(machine):
 
 @pytest.mark.parametrize(
     ("low", "high", "says"),
-    [(85, 87, "above"), (5, 10, "below"), (20, 40, "within"), (40, 50, "where nothing"), (10, 50, "where nothing")],
+    [(85, 87, "above"), (5, 10, "below"), (20, 40, "within"), (40, 50, "across"), (10, 50, "across")],
 )
 def test_an_interval_is_above_below_within_or_not_decided(machine, low, high, says):
     measured = Estimate((low + high) / 2e3, low / 1e3, high / 1e3, "N m")
@@ -63,7 +63,7 @@ def test_the_report_of_the_shipped_coast_down_says_that_its_drag_is_above(coastd
     rows = {row.cells[0]: row.cells[1] for row in rundown.section(coastdown).blocks[0].rows}
     said = rows["Drag of the inner rings by the machine file, all together"]
     assert said.startswith("30 mN m (tolerance: 15 mN m to 45 mN m); the measured constant drag lies above")
-    assert "not those of the rings alone" in said
+    assert "not only those of the rings" in said
 
 
 def test_what_is_beyond_the_stated_drag_is_told_as_a_share_of_the_load(machine, coastdown):
@@ -76,7 +76,7 @@ def test_what_is_beyond_the_stated_drag_is_told_as_a_share_of_the_load(machine, 
     stated = stated_ring_drag(machine)
     more = {share: Estimate(x, x, x, "N m") for share in (1e-4, 1.5e-3, 0.01) for x in [stated.high + share * load]}
     told = {share: against_stated(each, stated, False, load) for share, each in more.items()}
-    assert "is 0.0019 of the weight at the radius of the bores" in told[1.5e-3]
+    assert "is 0.0019 of the weight, at the radius of the bores" in told[1.5e-3]
     rows = {row.cells[0]: row.cells[1] for row in rundown.section(coastdown).blocks[0].rows}
     assert "is 0.0015 of the weight" in rows["Drag of the inner rings by the machine file, all together"]
     assert [("of the weight" in told[share]) for share in (1e-4, 0.01)] == [False, False]

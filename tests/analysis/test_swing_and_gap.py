@@ -237,7 +237,7 @@ def test_a_probe_lost_at_one_end_leaves_the_other_an_air_gap_that_holds():
     said = next(c for c in found.checks if c.check == "load on the ring")
     assert said.passed
     assert said.channel == "NDE"
-    assert "may err by 17.7 um" in said.detail
+    assert "may be wrong by 17.7 um" in said.detail
 
 
 def test_left_out_the_load_would_shift_the_centre(stiff):
@@ -293,7 +293,7 @@ def test_an_arc_too_short_for_a_circle_gives_none(machine):
     still = [0, -300e-6] + 0.3e-6 * rng.standard_normal((len(time), 2))
     found = fit_gap(planes_of(time, {"NDE": still}), "NDE", machine, TRAVEL, 0.0)
     assert isinstance(found, NoCircle)
-    assert "too short to tell a circle" in found.why
+    assert "too short to fit a circle" in found.why
 
 
 def test_an_arc_that_tells_the_radius_badly_says_how_badly(machine):
@@ -305,16 +305,16 @@ def test_an_arc_that_tells_the_radius_badly_says_how_badly(machine):
     path = np.column_stack([radius * np.sin(angle), -radius * np.cos(angle)])
     found = fit_gap(planes_of(time, {"NDE": path}), "NDE", machine, TRAVEL, 0.0)
     assert isinstance(found, NoCircle)
-    assert "tells the radius at rest to ±" in found.why
+    assert "determines the radius at rest only to ±" in found.why
     assert "settles at 0 s" in found.why
 
 
 @pytest.mark.parametrize(
     ("narrow_deg", "with_swing", "said"),
     [
-        (1.0, False, "rests on one part of that time alone"),
-        (1.0, True, "rests on one part of that time alone"),
-        (3.5, False, "tells the radius"),
+        (1.0, False, "depends on one part of that time alone"),
+        (1.0, True, "depends on one part of that time alone"),
+        (3.5, False, "determines the radius"),
     ],
 )
 def test_an_arc_that_a_part_of_the_time_alone_is_wide_enough_for_tells_no_circle(machine, narrow_deg, with_swing, said):

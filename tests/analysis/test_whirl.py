@@ -188,5 +188,5 @@ def test_some_lost_samples_hide_no_whirl():
 
 def test_a_gap_must_be_one():
     planes = _planes(np.ones(100), np.zeros(100))
-    with pytest.raises(InputError, match="has no inside"):
+    with pytest.raises(InputError, match="is not positive"):
         find_whirl(planes, "NDE", CENTRE, 0.0, 1)

@@ -171,7 +171,7 @@ def test_a_speed_of_three_values_is_told_to_be_too_little() -> None:
     slow["speed"] = ("time_2", speed[::4000][:3], raw["speed"].attrs)
     found = analyse(slow, machine())
     assert found.rundown is None
-    assert any("3 values of the speed in all; 4 are needed" in each.detail for each in found.checks if not each.passed)
+    assert any("3 values of the speed in the record; 4 are needed" in each.detail for each in found.checks if not each.passed)
 
 
 def test_a_record_that_was_cut_off_says_so(sound: xr.Dataset) -> None:

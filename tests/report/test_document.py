@@ -315,7 +315,7 @@ def test_a_reason_is_told_once_a_table(short: Analysis) -> None:
 
 def test_an_extrapolated_standstill_says_what_it_rests_on(short: Analysis) -> None:
     assert short.rundown is not None
-    why = "no interval: nothing tells whether the law holds down to rest"
+    why = "no interval: it is not known whether the law holds down to standstill"
     rundown = replace(short.rundown, standstill_time=Estimate(60.4, unit="s", method="extrapolated", why=why))
     far = replace(short, rundown=rundown)
     assert any(line.startswith("standstill") and why in line for line in summary_lines(far))
