@@ -103,15 +103,15 @@ def _remarks(
     found = []
     if outcome.lost:
         before = f"{archive.folder}/machines/{outcome.machine_before}.toml"
-        cure = f"; to have it count again: {again} {before} {outcome.record}" if outcome.machine_before else ""
+        cure = f"; to use it again: {again} {before} {outcome.record}" if outcome.machine_before else ""
         found.append(
-            f"the new result lacks what the one before had: {'; '.join(outcome.lost)}; the one before is kept, but no"
-            f" longer counts{cure}"
+            f"unlike the previous result, the new one lacks: {'; '.join(outcome.lost)}; the previous result is kept, but no"
+            f" longer used{cure}"
         )
     if version := archive.forces_before(entry):
         found.append(
-            f"its result with forces, by tdbmon {version}, is kept but no longer counts: comparisons and reports show no stresses"
-            f" of it; to have them again: {again} --forces {machine} {outcome.record}"
+            f"its result with forces, by tdbmon {version}, is kept but no longer used: comparisons and reports show no stresses"
+            f" of this drop; to restore them: {again} --forces {machine} {outcome.record}"
         )
     if entry.failed_checks:
         effect = "; no drop is compared with it" if doubts(entry.failed_checks) else ""
@@ -143,14 +143,14 @@ def _passed_over(outcomes: list[Outcome]) -> list[str]:
     if not reasons:
         return []
     told = [f"{counted(reasons.count(reason), 'drop')} {reason}" for reason in dict.fromkeys(reasons)]
-    return [f"filed already, and passed over: analysed {', '.join(told)}; give --again to have them analysed anew"]
+    return [f"already filed, so not analysed again: analysed {', '.join(told)}; use --again to analyse them again"]
 
 
 def _check_time(dropped: str, records: int) -> None:
     try:
         datetime.fromisoformat(dropped)
     except ValueError:
-        raise InputError(f"--dropped '{dropped}': is no ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
+        raise InputError(f"--dropped '{dropped}': is not an ISO 8601 time; write e.g. 2026-03-11T09:00:00Z") from None
     if records > 1:
         raise InputError(f"--dropped is the time of one drop, but {records} records are given: add them one by one")
 
@@ -168,14 +168,14 @@ def _strangers(archive: Archive, drop: str, filing: Filing) -> list[str]:
     sentences += [found.sentence] if found.strange else []
     if not sentences:
         return []
-    return ["; ".join([*sentences, f"to take it out: tdbmon archive remove --archive {archive.folder} {drop}"])]
+    return ["; ".join([*sentences, f"to remove it: tdbmon archive remove --archive {archive.folder} {drop}"])]
 
 
 def _written_otherwise(archive: Archive, machines: Iterable[str]) -> list[str]:
     """Return remarks on machines whose names differ from others in the archive only in case or blanks: perhaps one machine."""
     return [
-        f"machine '{name}': drops of '{other}' are filed too and are not compared with its; if both are one machine, write its"
-        " name alike in the machine files, remove the drops of the wrong one and add them again"
+        f"machine '{name}': drops of '{other}' are also filed and are not compared with those of '{name}'; if both are the same"
+        " machine, use one name in the machine files, remove the drops with the wrong name and add them again"
         for name in sorted(machines)
         for other in archive.machines()
         if other != name and same_name(other, name)

@@ -80,9 +80,9 @@ class Likeness:
     def sentence(self) -> str:
         """The remark on a strange drop."""
         return (
-            f"looks like a drop of another machine: far outside of all earlier drops in {len(self.far)} of"
-            f" {len(self.compared)} things that tell machines apart ({', '.join(self.far)}); make sure whose drop it is,"
-            " with which probes and after which overhaul"
+            f"looks like a drop of another machine: far outside the range of all earlier drops in {len(self.far)} of"
+            f" {len(self.compared)} quantities that distinguish machines ({', '.join(self.far)}); check from which machine it"
+            " is, with which probes and after which overhaul"
         )
 
 

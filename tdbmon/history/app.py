@@ -11,10 +11,10 @@ from tdbmon.arguments import JsonFile, MachineFile, Reports
 
 archive_app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, help="File drops over years, and look them up.")
 DropID = Annotated[
-    str, typer.Argument(metavar="ID", help="a drop's identifier, the first digits of it, or its record's name")
+    str, typer.Argument(metavar="ID", help="identifier of a drop, its first digits, or the name of its record")
 ]
 ArchiveFolder = Annotated[Path, typer.Option("--archive", metavar="DIR", help="the archive's folder")]
-FailOn = Annotated[str, typer.Option(metavar="alarm", help="exit with 3 where an alarm stands")]
+FailOn = Annotated[str, typer.Option(metavar="alarm", help="exit with code 3 if an alarm stands")]
 Forces = Annotated[
     bool, typer.Option("--forces/--no-forces", help="fit the simulation: forces and stresses (much slower)")
 ]
@@ -29,20 +29,20 @@ def archive_add(
         bool | None,
         typer.Option(
             "--forces/--no-forces",
-            help="fit the simulation: forces and stresses (much slower); by default where the drop is filed with them",
+            help="fit the simulation: forces and stresses (much slower); by default if the drop is filed with them",
             show_default=False,
         ),
     ] = None,
     assembly: Annotated[str, typer.Option(help="a word for this assembly, e.g. after an overhaul")] = "",
-    dropped: Annotated[str, typer.Option(metavar="TIME", help="ISO 8601; where the record's own is wrong")] = "",
+    dropped: Annotated[str, typer.Option(metavar="TIME", help="time of the drop, ISO 8601, if the record's is wrong")] = "",
     again: Annotated[
         bool,
         typer.Option(
-            "--again", help="analyse drops that are filed already too: by this version, with this machine file"
+            "--again", help="analyse already filed drops again, with this version and this machine file"
         ),
     ] = False,
-    workers: Annotated[int, typer.Option(min=1, help="processes")] = 1,
-    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="of a dask scheduler (extra 'cluster')")] = "",
+    workers: Annotated[int, typer.Option(min=1, help="number of processes")] = 1,
+    scheduler: Annotated[str, typer.Option(metavar="ADDRESS", help="dask scheduler (extra 'cluster')")] = "",
     json_file: JsonFile = None,
 ) -> None:
     """Analyse drops and file them; drops already filed are skipped."""
@@ -66,7 +66,7 @@ def archive_add(
 @archive_app.command("list")
 def archive_list(
     archive: ArchiveFolder,
-    machine: Annotated[str, typer.Option(metavar="NAME", help="of one machine only")] = "",
+    machine: Annotated[str, typer.Option(metavar="NAME", help="list one machine only")] = "",
     json_file: JsonFile = None,
 ) -> None:
     """List the drops in chronological order."""
@@ -86,7 +86,7 @@ def archive_show(drop: DropID, archive: ArchiveFolder, json_file: JsonFile = Non
 @archive_app.command("verify")
 def archive_verify(
     archive: ArchiveFolder,
-    rebuild: Annotated[bool, typer.Option("--rebuild", help="make the catalogue anew from the result files")] = False,
+    rebuild: Annotated[bool, typer.Option("--rebuild", help="rebuild the catalogue from the result files")] = False,
     json_file: JsonFile = None,
 ) -> None:
     """Verify every file against its checksum, and the catalogue against the files."""
@@ -135,7 +135,7 @@ def archive_report(
 def compare(
     archive: ArchiveFolder,
     drop: Annotated[str, typer.Argument(metavar="[RECORD or ID]", help="by default the archive's last drop")] = "",
-    machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="of a record that is not filed")] = None,
+    machine: Annotated[Path | None, typer.Option(metavar="MACHINE", help="machine file of a record that is not filed")] = None,
     forces: Forces = False,
     fail_on: FailOn = "",
     json_file: JsonFile = None,

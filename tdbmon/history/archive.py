@@ -88,11 +88,11 @@ class Archive:
                 return found[0]
             if found:
                 several = first_few([f"{entry.id} of {entry.machine}" for entry in found], _FEW)
-                raise InputError(f"{self.folder}: {len(found)} drops have the record '{drop}'; give one: {several}")
+                raise InputError(f"{self.folder}: {len(found)} drops have a record named '{drop}'; give one: {several}")
             some = [each for row in base.execute("SELECT id, raw_name FROM drops") for each in row]
         near = did_you_mean(drop, some)
         shown = (
-            near if "mean" in near else f"; 'tdbmon archive list --archive {self.folder}' shows those that are filed"
+            near if "mean" in near else f"; 'tdbmon archive list --archive {self.folder}' lists the filed drops"
         )
         raise InputError(f"{self.folder}: no drop '{drop}'{shown}")
 
@@ -196,7 +196,7 @@ class Archive:
         if entry.machine != machine:
             raise InputError(
                 f"{raw}: is already filed as a drop of machine '{entry.machine}', not '{machine}';"
-                f" take it out first (tdbmon archive remove --archive {self.folder} {entry.id})"
+                f" remove it first (tdbmon archive remove --archive {self.folder} {entry.id})"
             )
 
     def remove(self, drop: str) -> Entry:
@@ -226,7 +226,7 @@ class Archive:
         def write(part: Path) -> None:
             shutil.copyfile(source, part)
             if sha256_of(part) != sha256:
-                raise InputError(f"{source}: changed while it was filed; file it once it is written whole")
+                raise InputError(f"{source}: changed while it was filed; file it once it is complete")
 
         put(self.folder, self.folder / place, write)
 
@@ -244,7 +244,7 @@ class Archive:
             raise InputError(
                 f"{raw}: states the same time ({moment(filing.dropped)}), machine and speed as drop {same.id} ({same.raw_name}),"
                 " which is filed; a drop counts once: leave it out, or remove the other first"
-                f" (tdbmon archive remove --archive {self.folder} {same.id}); if it is another drop, say when it was with"
+                f" (tdbmon archive remove --archive {self.folder} {same.id}); if it is another drop, state its time with"
                 " --dropped TIME"
             )
 
@@ -267,13 +267,13 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
     if not settings.exists():
         if not create:
             raise InputError(
-                f"{folder}: no archive (no {SETTINGS} in it); 'tdbmon archive add' makes one, or give another folder"
+                f"{folder}: no archive (no {SETTINGS} in it); 'tdbmon archive add' creates one, or give another folder"
             )
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; give a folder for the archive")
         strange = [p.name for p in folder.iterdir() if not p.name.startswith(".")] if folder.exists() else []
         if strange and not {"results", "raw"} & set(strange):
-            raise InputError(f"{folder}: is no archive and not empty ({strange[0]}); give a new folder")
+            raise InputError(f"{folder}: is not an archive and not empty ({strange[0]}); give a new folder")
         with writable(folder):
             folder.mkdir(parents=True, exist_ok=True)
             first_settings(settings)

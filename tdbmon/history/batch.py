@@ -107,7 +107,7 @@ def add_all(
         filed = (begun + timedelta(microseconds=number)).isoformat(timespec="microseconds")
         todo.append(replace(wanted, machine=wanted.machine.resolve(), record=order.record.resolve(), filed=filed))
     for done, (order, found) in enumerate(_studies(todo, workers, scheduler, progress), start=1):
-        progress(f"{done} of {len(todo)} drops studied")
+        progress(f"{done} of {len(todo)} drops analysed")
         if isinstance(found, Filing):
             try:
                 yield _filed(archive, found, order)
@@ -172,9 +172,9 @@ def _restated(archive: Archive, entry: Entry, order: Order) -> str:
     if not other:
         return ""
     return (
-        f"{order.record}: is filed already, with {' and '.join(other)}; take it out first"
+        f"{order.record}: is already filed, with {' and '.join(other)}; remove it first"
         f" (tdbmon archive remove --archive {archive.folder} {entry.id}), then add it again"
-        + ("" if entry.dropped or order.dropped else " with --dropped TIME, which puts it in its place among the drops")
+        + ("" if entry.dropped or order.dropped else " with --dropped TIME, which sets its position among the drops")
     )
 
 

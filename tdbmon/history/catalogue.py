@@ -178,7 +178,7 @@ def reading(path: Path) -> Iterator[sqlite3.Connection]:
     """
     with _told(path):
         if not path.exists():
-            raise InputError(f"{path}: no catalogue; 'tdbmon archive verify --rebuild' makes it from the result files")
+            raise InputError(f"{path}: no catalogue; 'tdbmon archive verify --rebuild' creates it from the result files")
         try:
             base = _connection(path, "rw")
             base.execute("SELECT 1 FROM sqlite_master")
@@ -305,7 +305,7 @@ def result(base: sqlite3.Connection, drop: str) -> Result:
         (drop,),
     ).fetchone()
     if row is None:
-        raise InputError(f"no drop '{drop}' is in the catalogue; 'tdbmon archive list' shows those that are filed")
+        raise InputError(f"no drop '{drop}' is in the catalogue; 'tdbmon archive list' lists the filed drops")
     file, file_sha256, version, machine_sha256, forces = row
     return Result(file, file_sha256, version, machine_sha256, bool(forces))
 
@@ -404,13 +404,13 @@ def _told(path: Path) -> Iterator[None]:
     except sqlite3.OperationalError as error:
         said = str(error)
         if "locked" in said:
-            cure = "another program holds it: wait for it to end"
+            cure = "another program is using it: wait until it has finished"
         elif "full" in said:
-            cure = "the disk is full; nothing was changed: free some room and try again"
+            cure = "the disk is full; nothing was changed: free some space and try again"
         elif "readonly" in said or "unable to open" in said:
-            cure = "it cannot be written; nothing was changed: get write permission to the folder"
+            cure = "it cannot be written; nothing was changed: get write permission for the folder"
         else:
             cure = "run 'tdbmon archive verify --rebuild'"
         raise InputError(f"{path}: {said}; {cure}") from None
     except sqlite3.DatabaseError as error:
-        raise InputError(f"{path}: damaged ({error}); 'tdbmon archive verify --rebuild' makes it anew") from None
+        raise InputError(f"{path}: damaged ({error}); 'tdbmon archive verify --rebuild' rebuilds it") from None

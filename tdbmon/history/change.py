@@ -300,7 +300,7 @@ def _compared(
     if estimate.value is None:
         why = estimate.why
     elif not earlier:
-        why = "no matching drop before has it"
+        why = "no earlier matching drop has it"
     else:
         values = np.array([e.value for _, e in earlier], float)
         sigmas = np.array([e.sigma or 0.0 for _, e in earlier])

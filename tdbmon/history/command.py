@@ -143,15 +143,15 @@ def report(
     judging = bool(fail_on) or json_file is not None
     if drop and judging:
         raise InputError(
-            "--drop reports one record, and --json and --fail-on are of machines: leave --drop out, or use"
+            "--drop reports one record, but --json and --fail-on apply to machines: leave --drop out, or use"
             f" tdbmon compare --archive {folder} {drop}"
         )
     if not reports and not judging:
-        raise InputError("no --report file is named; write e.g. --report machine.html, or --json or --fail-on alarm")
+        raise InputError("no --report file is given; write e.g. --report machine.html, or --json or --fail-on alarm")
     archive = open_archive(folder)
     names = archive.machines()
     if not names:
-        raise InputError(f"{folder}: holds no drops yet; file some with 'tdbmon archive add'")
+        raise InputError(f"{folder}: contains no drops yet; file some with 'tdbmon archive add'")
     machine = machine or (names[0] if len(names) == 1 else "")
     with on_terminal() as tell:
         members = fleet(archive, tell, machine) if judging or not (drop or machine) else []
@@ -163,7 +163,7 @@ def report(
 
 def _check_fail_on(fail_on: str) -> None:
     if fail_on not in ("", "alarm"):
-        raise InputError(f"--fail-on '{fail_on}': is not known; write --fail-on alarm")
+        raise InputError(f"--fail-on '{fail_on}': is unknown; write --fail-on alarm")
 
 
 def _document(archive: Archive, drop: str, machine: str, members: list[Member], tell: Progress) -> Document:
@@ -191,7 +191,7 @@ def _drop_document(archive: Archive, drop: str, tell: Progress) -> Document:
     raw = archive.folder / entry.raw
     if not raw.exists():
         raise InputError(
-            f"{raw}: the raw file of drop {entry.id} is missing; put it back by adding {entry.raw_name} again"
+            f"{raw}: the raw file of drop {entry.id} is missing; restore it by adding {entry.raw_name} again"
         )
     record = read(raw)
     record.attrs["source_file"] = entry.raw_name

@@ -40,13 +40,13 @@ def common_slope(series: Sequence[Estimate], order: Sequence[int], levels: Seque
 
     rows = at_levels(series, order, levels)
     if rows is None:
-        return Estimate.missing(unit, f"needs {_LEAST} drops, {_AT_LEVEL} at least of each speed and assembly")
+        return Estimate.missing(unit, f"needs {_LEAST} drops, at least {_AT_LEVEL} of each speed and assembly")
     found, drops, of_level = rows
     if np.abs(beside_levels(found, of_level)).max() <= ROUNDING * np.abs(found).max():
-        return Estimate(0.0, unit=unit, method="all drops of a level alike", why="no scatter")
+        return Estimate(0.0, unit=unit, method="all values of a level equal", why="no scatter")
     fitted = OLS(found, np.column_stack([drops, of_level])).fit()
     slope, (low, high) = float(fitted.params[0]), fitted.conf_int()[0].tolist()
-    rule = f"least squares, {counted(of_level.shape[1], 'level')} of speed and assembly, a drop"
+    rule = f"least squares, {counted(of_level.shape[1], 'level')} of speed and assembly, per drop"
     return Estimate(slope, low, high, unit, rule)
 
 

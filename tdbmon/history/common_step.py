@@ -60,7 +60,8 @@ def common_step(
     size = step_size(left, point.index, drops, of_level)
     if size is None:
         return None
-    told = Estimate(size, unit=unit, method="least squares, levels apart", why="its place was sought: no interval")
+    why = "no interval, since the drop of the step was searched for"
+    told = Estimate(size, unit=unit, method="least squares, separate levels", why=why)
     return CommonStep(int(drops[point.index]), told, point.p)
 
 

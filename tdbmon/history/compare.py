@@ -214,15 +214,15 @@ def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: i
     if timeless:
         verb = "counts" if len(timeless) == 1 else "count"
         remarks.append(
-            f"{counted(len(timeless), 'drop')} of the machine without a time {verb} as earlier than all that state one,"
-            f" whenever they fell ({', '.join(timeless[-_NAMED:])}): remove such and file them with --dropped TIME"
+            f"{counted(len(timeless), 'drop')} of the machine without a time {verb} as earlier than all drops with"
+            f" a time, whenever they fell ({', '.join(timeless[-_NAMED:])}): remove these and file them with --dropped TIME"
         )
     earlier = [e for e in of_machine if e.assembly == entry.assembly and e.order < entry.order]
     for left_out, why in (
-        ([e for e in doubted if counts(e)], "not compared with, since checks of their records failed"),
+        ([e for e in doubted if counts(e)], "not used for comparison, since checks of their records failed"),
         (
             [e for e in earlier if e.id != entry.id and not counts(e)],
-            "neither compared with nor counted, since their records hold no drop or name another machine",
+            "neither used for comparison nor counted, since their records contain no drop or name another machine",
         ),
     ):
         names = ", ".join(f"{e.raw_name} ({', '.join(doubts(e.failed_checks))})" for e in left_out)
@@ -230,18 +230,18 @@ def _remarks(drop: Drop, of_machine: list[Entry], doubted: list[Entry], other: i
     if other:
         remarks.append(
             f"{other} of the matching drops were analysed with another version of tdbmon or another machine file: their"
-            " values may differ for that reason; add them with --again to have them analysed alike"
+            " values may differ for this reason; add them with --again to analyse them alike"
         )
     if entry.failed_checks:
-        remarks.append(f"checks of the record that failed: {', '.join(entry.failed_checks)}")
+        remarks.append(f"failed checks of the record: {', '.join(entry.failed_checks)}")
     return remarks
 
 
 def _settings_remarks(archive: Archive, machine: str) -> list[str]:
     """Return remarks on settings for machines without drops: their name may differ from that in the machine file."""
     return [
-        f"archive.toml has settings for a machine '{name}', of which no drop is filed; if it is this one, write its name as"
-        f" its machine file does: '{machine}'"
+        f"archive.toml has settings for machine '{name}', but no drop of it is filed; if this machine is meant, use its name"
+        f" from the machine file: '{machine}'"
         for name in archive.settings_of_nobody()
     ]
 

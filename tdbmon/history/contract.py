@@ -158,8 +158,8 @@ def _difference(change: Change) -> Estimate:
     found, unit = change.difference, change.kind.unit
     if found is None:
         return Estimate.missing(unit, change.why or "not compared")
-    why = "" if found.low is not None else "one drop before tells nothing of the scatter between drops"
-    return Estimate(found.value, found.low, found.high, unit, "drop less the centre of those before", why)
+    why = "" if found.low is not None else "one drop before shows no scatter between drops"
+    return Estimate(found.value, found.low, found.high, unit, "drop minus the centre of those before", why)
 
 
 def _change_point(change: Change, comparison: Comparison) -> dict[str, Any] | None:

@@ -42,7 +42,7 @@ def features_of(analysis: Analysis, fitted: FittedDrop | None = None) -> tuple[F
 def _of_rotor(analysis: Analysis) -> list[Feature]:
     rundown, release = analysis.rundown, analysis.release_time
     lower, higher = analysis.swings
-    still = Estimate.missing("s", "the record holds no speed") if rundown is None else rundown.standstill_time
+    still = Estimate.missing("s", "the record has no speed") if rundown is None else rundown.standstill_time
     values = {
         "keyphasor_ratio": speed_over_pulses(analysis.record, analysis.machine),
         "settled_s": _in(analysis.settle_time, "s"),
@@ -56,7 +56,7 @@ def _of_rotor(analysis: Analysis) -> list[Feature]:
         ("drag_torque_n_m", "drag_torque"),
         ("lost_speed_hz", "lost_speed"),
     ):
-        missing = Estimate.missing(KINDS[name].unit, "the record holds no speed")
+        missing = Estimate.missing(KINDS[name].unit, "the record has no speed")
         values[name] = missing if rundown is None else getattr(rundown, attribute)
     return [Feature(name, "", estimate) for name, estimate in values.items()]
 
@@ -91,7 +91,7 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     names = ("levitated_x_um", "levitated_y_um", "levitated_1x_um", "levitated_noise_um", "levitated_share")
     why = "" if end.seen else "no orbit at this end"
     if analysis.planes is None or analysis.release is None or analysis.release.time.value is None:
-        why = "the record holds no release"
+        why = "the record shows no release"
     if why:
         return {name: Estimate.missing(KINDS[name].unit, why) for name in names}
     found = analysis.levitation[end.name]
@@ -100,15 +100,15 @@ def _levitated(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
 
 def _probe_ratio(analysis: Analysis, end: EndResult) -> Estimate:
     if analysis.release is None:
-        return Estimate.missing("1", "the record holds no release")
+        return Estimate.missing("1", "the record shows no release")
     return probe_ratio(analysis.release, analysis.machine, end.name)
 
 
 def _severity(analysis: Analysis, end: EndResult) -> dict[str, Estimate]:
     if analysis.planes is None or analysis.release is None or analysis.release.time.value is None or end.gap is None:
-        why = end.unsettled if end.gap is None else "it needs the release"
+        why = end.unsettled if end.gap is None else "it needs the time of the release"
         return dict.fromkeys(("v_peak", "v_rms"), Estimate.missing("1", why))
-    initial = Estimate.missing("Hz", "the record holds no speed")
+    initial = Estimate.missing("Hz", "the record has no speed")
     if analysis.rundown is not None:
         initial = analysis.rundown.initial
     try:  # errors of the radius common to all drops are common to V too
@@ -125,10 +125,10 @@ def _of_fit(end: str, fitted: FittedDrop | None) -> list[Feature]:
     if why := fitted.forces.withheld:  # the fitted values come from the same fit
         return [Feature(name, end, Estimate.missing(KINDS[name].unit, why)) for name in names]
     forces, values = fitted.forces.ends[end], fitted.calibration.values
-    stated = "the machine file states it without a tolerance, so that it was not fitted"
+    stated = "the machine file states it without a tolerance, so it was not fitted"
     stress = forces.stress
     rule = "mean while any ball is loaded" + (f"; {stress.assumption}" if stress.assumption else "")
-    mean = Estimate(stress.mean, unit="MPa", method=rule, why="of the fitted drop")
+    mean = Estimate(stress.mean, unit="MPa", method=rule, why="value of the fitted drop, without interval")
     found = {
         "peak_force_n": forces.peak,
         "stress_max_mpa": stress.greatest,
@@ -154,4 +154,4 @@ def _in(estimate: Estimate, unit: str) -> Estimate:
 def _whirled(longest: float | None, why: str) -> Estimate:
     if longest is None or not np.isfinite(longest):
         return Estimate.missing("s", why)
-    return Estimate(longest, unit="s", method="longest advance of a turn or more", why="stated to the sample")
+    return Estimate(longest, unit="s", method="longest whirl over one turn or more", why="resolved to one sample")

@@ -42,4 +42,4 @@ def fatigue_of(members: Sequence[DropFatigue], end: str) -> Estimate:
 
 def indented(where: str) -> str:
     """Return the remark on balls above the static limit, beginning with the given words."""
-    return f"{where} above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and there the sum does not hold"
+    return f"{where} above {STATIC_LIMIT * 1e-6:.0f} MPa: they may be indented, and the sum is not valid there"

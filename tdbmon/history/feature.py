@@ -103,7 +103,7 @@ _KINDS = (
     FeatureKind("gap_centre_y_um", "Clearance centre y", "um", 2e-6,
                 "bearing or probes moved up or down, sensitivity of a probe", carried=True),
     FeatureKind("stiffness_n_per_m", "Single-mass stiffness", "N/m", 0.016,
-                "a support that became looser or stiffer, or a worn or opened gap, from which the impact is harder",
+                "a support that became looser or stiffer, or a worn or opened gap, which makes the impact harder",
                 relative=True),
     FeatureKind("fall_time_ms", "Fall, release to first touch", "ms", 1.2e-5,
                 "gap or set-point changed", less=f"set-point lower, {_NARROWER}"),

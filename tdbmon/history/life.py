@@ -120,16 +120,16 @@ def _damages(counted: list[dict[str, _Wear]], greatest: list[dict[str, _Wear]]) 
     if without:
         return (
             {},
-            f"{without} of {len(counted)} drops were filed without forces, or with a fit that tells none: --forces",
+            f"{without} of {len(counted)} drops were filed without forces, or with a fit that gives none: --forces",
         )
     old = sum(not each for each in counted)
     if not old:
-        found = _sums(counted, "sum of the drops' rainflow fatigue over that of the first")
+        found = _sums(counted, "sum of the rainflow fatigue of all drops, divided by that of the first")
     else:
         found = _sums(
             greatest,
-            f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle a drop",
-            f"the cycles of {old} of {len(counted)} drops were not counted when they were filed; add them with --again for that",
+            f"sum of (greatest stress / that of the first drop)^{EXPONENT:g}, one cycle per drop",
+            f"the cycles of {old} of {len(counted)} drops were not counted at filing; add them with --again to count them",
         )
     return found, "no end has stresses in every drop"
 
@@ -159,8 +159,8 @@ def _with_indented(damage: Estimate, stresses: list[tuple[Feature, ...]]) -> Est
 def _margin(agreed: int | None, full: int, damage: Estimate) -> Estimate:
     if agreed is None:
         return Estimate.missing("1", "no number of drops is agreed for this machine: set agreed_drops in archive.toml")
-    rule = "agreed drops less full drops or damage, whichever is more"
+    rule = "agreed drops minus full drops or damage, whichever is larger"
     if damage.value is None or damage.low is None or damage.high is None:
-        return Estimate(float(agreed - full), unit="1", method="agreed drops less full drops", why=damage.why)
+        return Estimate(float(agreed - full), unit="1", method="agreed drops minus full drops", why=damage.why)
     worst = max(float(full), damage.value)
     return Estimate(agreed - worst, agreed - max(full, damage.high), agreed - max(full, damage.low), "1", rule)

@@ -23,7 +23,7 @@ def losses(before: Filing, after: Filing) -> tuple[str, ...]:
     if channels:
         found.append(f"{counted(len(channels), 'channel')} ({', '.join(channels)})")
     if others:
-        found.append(f"{counted(len(others), 'check')} that it passed ({', '.join(others)})")
+        found.append(f"{counted(len(others), 'check')} passed before ({', '.join(others)})")
     known = {f.key for f in after.features if f.estimate.known}
     gone = [f for f in before.features if f.estimate.known and f.key not in known and f.name != "initial_hz"]
     if gone:

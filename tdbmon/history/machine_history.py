@@ -152,7 +152,7 @@ def _course(
     unit, order = KINDS[name].unit, range(len(entries))
     step = common_step(series, order, levels, unit)
     if step is None:
-        no_step = Estimate.missing(unit, "no step is seen, or a slope describes the drops better")
+        no_step = Estimate.missing(unit, "no step is visible, or a slope describes the drops better")
         return Course(name, end, known, common_slope(series, order, levels, unit), None, no_step, None)
     first = entries[step.number]
     no_slope = Estimate.missing(unit, f"a step from {first.raw_name} on describes the drops better than a slope")

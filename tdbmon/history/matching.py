@@ -80,24 +80,24 @@ def conditions(entry: Entry, settings: Settings) -> Conditions:
 def clock_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     """Return remarks on the time of a drop: not stated, in the future, or before that of drops filed earlier."""
     if not entry.dropped:
-        place = "earlier than all drops that state one, in the order of filing" if isinf(entry.moment) else "of now"
+        place = "earlier than all drops with a time, in the order of filing" if isinf(entry.moment) else "dropped now"
         return [
-            f"the record states no time of the drop that can be read: it counts as {place}; file it with --dropped TIME"
+            f"the record states no readable time of the drop: it counts as {place}; file it with --dropped TIME"
             f"{' after removing it' if isinf(entry.moment) else ''}"
         ]
     found = []
     if _ahead(entry):
         found.append(
-            f"the time of the drop, {entry.dropped}, lies after its filing ({moment(entry.filed)}): the recorder's clock is wrong"
+            f"the time of the drop, {entry.dropped}, is after its filing ({moment(entry.filed)}): the recorder's clock is wrong"
         )
     later = [
         e for e in others if e.id != entry.id and e.dropped and e.moment > entry.moment and _filed_before(e, entry)
     ]
     if later:
         found.append(
-            f"the time of the drop, {entry.dropped}, lies before that of {len(later)} drop{'s' if len(later) > 1 else ''}"
-            f" filed earlier (the last: {later[-1].dropped}): it was filed late, or the recorder's clock went back;"
-            " if so, remove it and file it with --dropped"
+            f"the time of the drop, {entry.dropped}, is before that of {len(later)} drop{'s' if len(later) > 1 else ''}"
+            f" filed earlier (the last: {later[-1].dropped}): it was filed late, or the recorder's clock was set back;"
+            " if it was set back, remove the drop and file it with --dropped"
         )
     return found
 
@@ -123,8 +123,8 @@ def assembly_remarks(entry: Entry, others: list[Entry]) -> list[str]:
     if entry.assembly or not words:
         return []
     return [
-        f"no assembly is stated of this drop, and '{words[-1]}' of drops before it: it is compared with those of which none is"
-        " stated; if it is of that assembly, remove it and file it with --assembly"
+        f"no assembly is stated for this drop, but '{words[-1]}' for drops before it: it is compared with drops without a"
+        " stated assembly; if it is of that assembly, remove it and file it with --assembly"
     ]
 
 
@@ -134,8 +134,8 @@ def speed_remarks(entry: Entry, others: list[Entry], why: str) -> list[str]:
     if entry.speed is not None or not known:
         return []
     return [
-        f"the speed at the release is not known{f' ({why})' * bool(why)}, so that none of the {len(known)} drops before with a"
-        " speed is compared: tdbmon analyse says what is wrong with the record, its speed signal or its keyphasor"
+        f"the speed at the release is not known{f' ({why})' * bool(why)}, so it is compared with none of the {len(known)} drops"
+        " before with a speed: tdbmon analyse shows what is wrong with the record, its speed signal or its keyphasor"
     ]
 
 

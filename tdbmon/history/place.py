@@ -43,9 +43,9 @@ def writable(archive: Path) -> Iterator[None]:
         yield
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT):
-            said = "the disk is full; nothing of this drop was filed: free some room and add it again"
+            said = "the disk is full; nothing of this drop was filed: free some space and add it again"
         elif error.errno in (errno.EACCES, errno.EPERM, errno.EROFS):
-            said = "the archive cannot be written; nothing of this drop was filed: get write permission to the folder"
+            said = "the archive cannot be written; nothing of this drop was filed: get write permission for the folder"
         else:
             said = f"the archive cannot be written ({error.strerror or error}); nothing of this drop was filed"
         raise InputError(f"{archive}: {said}") from None

@@ -22,16 +22,16 @@ _FIRST = f"""\
 format = {FORMAT}
 
 [matching]
-speed = "5 %"            # drops compare whose speeds at the release differ by no more
+speed = "5 %"            # largest difference in speed at the release between drops that are compared
 
 [compare]
-least_drops = 5          # of matching ones before, for the verdict "as before"
-significance = 0.05      # chance of a flag on a drop like those before, over all features together
-correction = "holm"      # or "fdr_bh": a share of false flags among the flags (Benjamini and Hochberg)
+least_drops = 5          # matching drops before, needed for the verdict "as before"
+significance = 0.05      # probability of a false flag on a drop like those before, over all features together
+correction = "holm"      # or "fdr_bh": share of false flags among the flags (Benjamini and Hochberg)
 
-[inspect]                # a change (flagged, or a drift) beyond these asks for an inspection before the next start
+[inspect]                # a change (flagged, or a drift) beyond these limits: inspect before the next start
 gap_growth = "20 %"      # of the radius at rest; no standard states it: put the bearing maker's wear limit here
-stress = "4200 MPa"      # Hertz stress at which a ball is set by 1e-4 of its diameter (ISO 76)
+stress = "4200 MPa"      # Hertz stress for a permanent deformation of 1e-4 of the ball diameter (ISO 76)
 backward_whirl = "0.1 s" # longest backward whirl
 
 [life]
@@ -112,11 +112,11 @@ def load_settings(path: Path, machine: str = "") -> Settings:
     _check_tables(path, content, "")
     _validated(path, content, "")  # before those of machines, which inherit its errors
     if not isinstance(own, dict):
-        raise InputError(f'{path}: machine = {own!r} is no table; write [machine."name".life] and the like')
+        raise InputError(f'{path}: machine = {own!r} is not a table; write [machine."name".life] and the like')
     for name, part in own.items():
         if not isinstance(part, dict):
             raise InputError(
-                f'{path}: machine."{name}" = {part!r} is no table; write [machine."{name}".life] and the like'
+                f'{path}: machine."{name}" = {part!r} is not a table; write [machine."{name}".life] and the like'
             )
         _check_tables(path, part, f'machine."{name}".')
         _validated(path, _merged(content, part), f'machine."{name}".')
@@ -132,16 +132,16 @@ def _read(path: Path) -> dict[str, Any]:
     try:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
-        raise InputError(f"{path}: no such file; the folder is no archive") from None
+        raise InputError(f"{path}: no such file; the folder is not an archive") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: is no TOML ({error}); correct it there") from None
+        raise InputError(f"{path}: is not valid TOML ({error}); correct it there") from None
 
 
 def _check_tables(path: Path, content: dict[str, Any], where: str) -> None:
     for key, value in content.items():
         if not isinstance(value, dict):
             raise InputError(
-                f"{path}: {where}{key} = {value!r} is no table; write [{where}{key}] with its keys under it"
+                f"{path}: {where}{key} = {value!r} is not a table; write [{where}{key}] with its keys below it"
             )
 
 

@@ -37,7 +37,7 @@ _RINGING_S = 0.01  # settling time of the low-pass after an impulse
 _GUARD_S = 1e-3  # before the release: its instant is not exact
 _RIVALS = 4.0  # standard deviations of the noise below the greatest velocity: any sample within may be the true peak
 _RULE = f"|velocity| / (2 pi f0 c) within {WINDOW_S:g} s of the release, below {_LOWPASS_HZ:g} Hz (own definition)"
-_UNSEEN = "the levitated stretch is too short to tell the noise, and with it how sure this is"
+_UNSEEN = "the levitated stretch is too short to determine the noise, and from it the confidence interval"
 
 
 @dataclass(frozen=True)
@@ -83,20 +83,20 @@ def severity(planes: xr.Dataset, end: str, release: float, speed: Estimate, clea
         )
     why = next((e.why for e in (speed, clearance) if not e.known), "")
     if speed.value is not None and speed.value < STANDSTILL_HZ:
-        why = f"the shaft stands at the release (below {STANDSTILL_HZ:g} Hz), and V is a velocity over that of its rotation"
+        why = f"the shaft is at standstill at the release (below {STANDSTILL_HZ:g} Hz), and V is relative to its rotation"
     if why:
         missing = Estimate.missing("1", why)
         return Severity(missing, missing)
     near = time < release + WINDOW_S + _RINGING_S
     time, position = time[near], planes.displacement.sel(end=end).to_numpy()[:, near]
     if not np.isfinite(position).all():
-        raise InputError(f"samples of {end} are missing before {WINDOW_S:g} s after the release: a velocity needs all")
+        raise InputError(f"samples of {end} are missing before {WINDOW_S:g} s after the release: V needs all samples")
     before, *after = pieces(time)
     if after:
         begin, stop = time[before.stop - 1], time[after[0].start]
         raise InputError(
-            f"no samples for {stop - begin:.3g} s after {begin:.5g} s: a velocity of {end} up to {WINDOW_S:g} s after the"
-            " release needs all; record without a pause"
+            f"no samples for {stop - begin:.3g} s after {begin:.5g} s: V of {end} needs all samples up to {WINDOW_S:g} s after"
+            " the release; record without a pause"
         )
     sampling = float(planes.attrs["sampling_hz"])
     inside = (time >= release) & (time < release + WINDOW_S)

@@ -62,7 +62,7 @@ def study(order: Order, progress: Progress = silent) -> Filing:
     machine = load_machine(order.machine)
     record = read(order.record)
     if sha256_of(order.record) != record.attrs["sha256"]:
-        raise InputError(f"{order.record}: changed while it was read; file it once it is written whole")
+        raise InputError(f"{order.record}: changed while it was read; file it once it is complete")
     found = study_record(
         record, machine, sha256_of(order.machine), bool(order.forces), order.assembly, order.dropped, progress
     )
@@ -88,7 +88,7 @@ def study_record(
     result = analyse(record, machine, progress)
     if result.planes is None:
         raise InputError(
-            f"{name}: holds no orbit of machine '{machine.name}', and an archive files whole drops{_why(result.checks)}"
+            f"{name}: contains no orbit of machine '{machine.name}', and only whole drops are filed{_why(result.checks)}"
         )
     fitted = None
     if forces:

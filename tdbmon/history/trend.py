@@ -67,14 +67,14 @@ def trend_of(series: Sequence[Estimate], numbers: Sequence[int]) -> Trend | None
     order: NDArray[np.float64] = np.array(numbers, float)
     unit = series[0].unit
     if np.ptp(values) == 0:
-        flat = Estimate(0.0, unit=unit, method="all drops alike", why="no scatter")
+        flat = Estimate(0.0, unit=unit, method="all values equal", why="no scatter")
         return Trend(flat, 1.0, None, None, float(values[0]), 0.0)
     found = theilslopes(values, order, alpha=0.95)
-    rule = "median of the slopes between pairs of drops (Theil, Sen), a drop"
+    rule = "median of the slopes between pairs of drops (Theil, Sen), per drop"
     if len(values) >= _LEAST_INTERVAL:
         slope = Estimate(float(found.slope), float(found.low_slope), float(found.high_slope), unit, rule)
     else:
-        slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops bear no 95 % interval")
+        slope = Estimate(float(found.slope), unit=unit, method=rule, why="four drops give no 95 % interval")
     change = change_point(values)
     step = change if change is not None and change.p <= SEEN and _stepped(values, change, order) else None
     first = float(found.intercept + found.slope * order[0])

@@ -47,14 +47,14 @@ def drop_to_compare(archive: Archive, drop: str, machine: Path | None, forces: b
     if not drop:
         entries = archive.entries()
         if not entries:
-            raise InputError(f"{archive.folder}: holds no drops yet; file some with 'tdbmon archive add'")
+            raise InputError(f"{archive.folder}: contains no drops yet; file some with 'tdbmon archive add'")
         return _filed(archive, entries[-1].id, machine, forces)
     path = Path(drop)
     if not path.exists():
         names = {entry.raw_name for entry in archive.entries()}
         if len(path.parts) > 1 or (path.suffix and drop not in names):
             raise InputError(
-                f"{drop}: no such file, nor the record of a filed drop; give a record, or a drop's identifier"
+                f"{drop}: no such file, and no filed drop has this record; give a record, or a drop's identifier"
             )
         return _filed(archive, archive.entry(drop).id, machine, forces)
     from tdbmon.record.read import read
@@ -77,8 +77,8 @@ def record_to_compare(
         names = archive.machines()
         if len(names) != 1:
             raise InputError(
-                f"{record.attrs.get('source_file', 'record')}: the archive holds {len(names)} machines;"
-                " say whose drop it is with --machine machine.toml"
+                f"{record.attrs.get('source_file', 'record')}: the archive contains {len(names)} machines;"
+                " state the machine of this drop with --machine machine.toml"
             )
         machine = archive.machine_file(entries[-1].id)
     plan = load_machine(machine)
@@ -86,7 +86,7 @@ def record_to_compare(
     if not of_machine:
         known = archive.machines()
         raise InputError(
-            f"{machine}: the archive holds no drops of machine '{plan.name}'{did_you_mean(plan.name, known)}"
+            f"{machine}: the archive contains no drops of machine '{plan.name}'{did_you_mean(plan.name, known)}"
         )
     assembly = of_machine[-1].assembly
     found = study_record(record, plan, sha256_of(machine), forces, assembly, progress=progress)
@@ -108,7 +108,7 @@ def _filed(archive: Archive, drop: str, machine: Path | None, forces: bool) -> D
     name = found.entry.machine if machine is None else load_machine(machine).name
     if name != found.entry.machine:
         raise InputError(
-            f"{machine}: is of machine '{name}', and drop {drop} ({found.entry.raw_name}) is filed as one of"
+            f"{machine}: is the file of machine '{name}', but drop {drop} ({found.entry.raw_name}) is filed under machine"
             f" '{found.entry.machine}'; leave --machine out"
         )
     if forces and not archive.result(found.entry.id).forces:

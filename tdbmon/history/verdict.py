@@ -93,11 +93,11 @@ def _few(comparison: Comparison, seen: Sequence[Sight]) -> list[str]:
     n, least = len(comparison.matched), comparison.settings.compare.least_drops
     if n < least:
         return [
-            f"{counted(n, 'matching drop')} before; “as before” takes {least}: with so few there is no control"
-            " chart, only gross changes stand out, and what is usual for this machine is not known yet"
+            f"{counted(n, 'matching drop')} before; “as before” needs {least}: with so few there is no control"
+            " chart, only gross changes are detected, and the usual scatter of this machine is not known yet"
         ]
     if comparison.telling == 0:
-        return [f"no quantity is known of this drop and of {LEAST_JUDGED} drops before: with fewer none stands out"]
+        return [f"no quantity is known for this drop and for {LEAST_JUDGED} drops before: with fewer no change is detected"]
     return [_dim(each) for each in seen if not each.enough and not each.lost]
 
 
@@ -111,16 +111,16 @@ def _all_well(comparison: Comparison) -> str:
     )
     if comparison.silent:
         said += (
-            f"; nothing is told by {comparison.silent} more, of which fewer than {LEAST_JUDGED} of these have a value"
+            f"; not judged: {comparison.silent} more, for which fewer than {LEAST_JUDGED} of these drops have a value"
         )
     return said
 
 
 def _seen(sight: Sight) -> str:
     """Return a text on the number of drops on which "as before" is based at an end, and on the detectable growth."""
-    growth = "" if sight.growth is None else f", growth of the radius from {sight.seen_from} on would have been seen"
+    growth = "" if sight.growth is None else f"; growth of the radius by {sight.seen_from} or more would have been detected"
     slope = "the slope of " if sight.slope else ""
-    return f"{sight.end}: against {slope}{sight.drops} drops before{growth}"
+    return f"{sight.end}: compared with {slope}{sight.drops} drops before{growth}"
 
 
 def _dim(sight: Sight) -> str:
@@ -128,14 +128,14 @@ def _dim(sight: Sight) -> str:
     things = "radius at rest, fall and deepest excursion"
     if sight.drops < sight.least_drops:
         return (
-            f"{sight.end}: whether it is worn is told by {things} alone, and any of these could be held against no more than"
-            f" {counted(sight.drops, 'drop')} before; “as before” takes {sight.least_drops}"
+            f"{sight.end}: only {things} show wear, and each of these could be compared with at most"
+            f" {counted(sight.drops, 'drop')} before; “as before” needs {sight.least_drops}"
         )
-    growth = "" if sight.growth is None else f", only from {sight.seen_from} on"
+    growth = "" if sight.growth is None else f", only by {sight.seen_from} or more"
     return (
-        f"{sight.end}: growth of the radius by {stated_percent(sight.limit)} would not have been seen{growth}: {things} of"
-        f" {counted(sight.drops, 'drop')} before scatter too much (or drift, where no radius is told), or"
-        " those of this one are not certain enough"
+        f"{sight.end}: growth of the radius by {stated_percent(sight.limit)} would not have been detected{growth}: {things} of"
+        f" {counted(sight.drops, 'drop')} before scatter too much (or drift, if no radius is known), or"
+        " those of this drop are too uncertain"
     )
 
 
@@ -152,8 +152,8 @@ def _again(change: Change, comparison: Comparison) -> str:
     records = [comparison.record(drop) for drop in change.as_in]
     more = f" and {len(records) - _NAMED} more" if len(records) > _NAMED else ""
     return (
-        f"{change.title}: {value} {way} what is usual, as in {', '.join(records[-_NAMED:])}{more}, after which it came back: a"
-        " form that it has now and then on this machine"
+        f"{change.title}: {value} {way} the usual value, as in {', '.join(records[-_NAMED:])}{more}, after which it came back:"
+        " this occurs occasionally on this machine"
     )
 
 
@@ -167,8 +167,8 @@ def _drift(change: Change, comparison: Comparison) -> str:
         rise = trend.step.after - trend.step.before
         size = short(Estimate(abs(rise), unit=change.kind.unit), 0.1 * abs(rise))
         return (
-            f"{change.title}: {'higher' if rise > 0 else 'lower'} by {size} from {first} on, as their order {clear} tells, in a"
-            " step by which this drop alone does not stand out from those before it; may come from:"
+            f"{change.title}: {'higher' if rise > 0 else 'lower'} by {size} from {first} on, a step shown by the order of the"
+            f" values {clear}; this drop alone does not differ from those before it; may come from:"
             f" {_causes(change, comparison, rise)}"
         )
     way, slope = "rises", trend.slope
@@ -176,14 +176,14 @@ def _drift(change: Change, comparison: Comparison) -> str:
         low, high = (None if end is None else -end for end in (slope.high, slope.low))
         way, slope = "falls", replace(slope, value=-trend.slope.value, low=low, high=high)
     return (
-        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so that no drop stands out from those before"
+        f"{change.title}: {way} from drop to drop, by {words(slope)} each {clear}, so no single drop differs from those before"
         f" it; may come from: {_causes(change, comparison, trend.slope.value)}"
     )
 
 
 def _no_drop(comparison: Comparison) -> list[str]:
     """Return the reason why the record holds no information on the bearings."""
-    said = f"no drop in this record, so that it does not count: {comparison.no_drop}"
+    said = f"no drop in this record, so it does not count: {comparison.no_drop}"
     return [said, comparison.foreign] if comparison.foreign else [said]
 
 
@@ -220,14 +220,14 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
     lost = _most_lost(comparison)
     found = []
     if lost:
-        found.append(f"this drop tells only {len(told) - len(lost)} of {len(told)} quantities that earlier drops tell")
+        found.append(f"this drop shows only {len(told) - len(lost)} of {len(told)} quantities that earlier drops show")
     else:
         ends = [each.end for each in unseen]
         lost = [change for change in told if not change.estimate.known and change.end in ends]
     for each in unseen:
         missing = sorted((c for c in lost if c.end == each.end), key=lambda change: change.kind.name not in WEAR)
         drops = max(len(change.earlier) for change in each.told)
-        found.append(f"this drop does not show {each.end}, which {drops} drops before do: missing are {named(missing)}")
+        found.append(f"this drop does not show {each.end}, but {drops} drops before do: missing are {named(missing)}")
     if not found:
         return []
     said = "; ".join(found)
@@ -235,17 +235,17 @@ def _blind(comparison: Comparison, unseen: list[Sight]) -> list[str]:
     held = [each.removeprefix("held ") for each in failed if each.startswith("held ")]
     if held and len(held) == len(failed):
         return [
-            f"{said}: the magnetic bearing held {' and '.join(held)}, so that it shows nothing; its probes are sound"
+            f"{said}: the magnetic bearing held {' and '.join(held)}, so nothing is seen there; the probes are sound"
         ]
     if failed:
         return [
-            f"{said}; its record failed {counted(len(failed), 'check')}: {', '.join(failed)}: see to the probes before the"
+            f"{said}; its record failed {counted(len(failed), 'check')}: {', '.join(failed)}: check the probes before the"
             " next drop"
         ]
     ((why, _),) = Counter(change.estimate.why for change in lost).most_common(1)
     return [
-        f"{said}, so that it does not show whether the bearings are as before; no check of its record failed, most is missing"
-        f" since {why}"
+        f"{said}, so it does not show whether the bearings are as before; no check of its record failed; the reason for most"
+        f" missing quantities: {why}"
     ]
 
 
@@ -280,19 +280,19 @@ def _fit_lost(unfollowed: list[Change]) -> list[str]:
     ends = " and ".join(change.end for change in unfollowed)
     first = unfollowed[0]
     return [
-        f"the fitted model tells no forces at {ends}, though it did of {counted(len(first.earlier), 'drop')} before: the shaft"
-        f" moves otherwise than it did ({first.estimate.why}); tdbmon diagnose looks for the cause"
+        f"the fitted model gives no forces at {ends}, but did for {counted(len(first.earlier), 'drop')} before: the shaft moves"
+        f" differently than before ({first.estimate.why}); search for the cause with tdbmon diagnose"
     ]
 
 
 def _doubted(comparison: Comparison) -> list[str]:
     """Return remarks if the record names another machine or its probes are doubtful, so that differences may stem from that."""
     failed = doubted_probes(comparison.entry.failed_checks)
-    found = [f"{comparison.foreign}; what differs may be that machine's"] if comparison.foreign else []
+    found = [f"{comparison.foreign}; the differences may be due to that"] if comparison.foreign else []
     if failed:
         found.append(
-            f"checks of the record's probes failed ({', '.join(failed)}): what differs may be theirs; see to their cables,"
-            " sensitivities and directions"
+            f"checks of the record's probes failed ({', '.join(failed)}): the differences may come from the probes; check"
+            " their cables, sensitivities and directions"
         )
     return found
 
@@ -303,7 +303,7 @@ def _life(comparison: Comparison) -> list[str]:
         return []
     return [
         f"{life.full_drops} full drops of {life.agreed} agreed"
-        + (f", as much as {life.damage.value:.1f} drops like the first" if life.damage.value is not None else "")
+        + (f", equivalent to {life.damage.value:.1f} drops like the first" if life.damage.value is not None else "")
         + ": the agreed number is used up"
     ]
 
@@ -344,15 +344,15 @@ def _causes(change: Change, comparison: Comparison, way: float) -> str:
     others = " or ".join(sorted({c.end for c in comparison.changes} - {"", change.end}))
     if change.kind.carried and others:
         return (
-            f"{meaning}; or a probe of the other end, {others}, where the line through the probes of both ends carries the centre"
-            " to the bearing"
+            f"{meaning}; or a probe of the other end, {others}, since the centre at the bearing is extrapolated from the probes"
+            " of both ends"
         )
     if not change.kind.both_ends or not others:
         return meaning
     restitution = next((c.estimate.value for c in comparison.changes if c.key == ("restitution", change.end)), None)
     if restitution is not None and restitution > 1:
         return (
-            f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there feeds it (gap,"
+            f"the other end, {others}: the restitution here is {restitution:.2f}, and above 1 the impact there adds energy (gap,"
             f" wear of journal or inner ring); or {meaning}"
         )
-    return f"{meaning}; or the other end, {others}, whose impact feeds it or takes from it"
+    return f"{meaning}; or the other end, {others}, whose impact adds or removes energy"

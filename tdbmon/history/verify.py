@@ -47,7 +47,7 @@ class Fault:
 def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
     """Check every file of an archive against its SHA-256 and the catalogue against the result files."""
     folder = archive.folder
-    faults = [Fault(file, "left by a writer that was stopped", True) for _, file in _files(folder, f"{INCOMING}/*")]
+    faults = [Fault(file, "left over from an interrupted write", True) for _, file in _files(folder, f"{INCOMING}/*")]
     try:
         with catalogue.reading(archive.catalogue) as base:
             whole = base.execute("PRAGMA integrity_check").fetchone()[0]
@@ -58,7 +58,7 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
             known = {row[0]: row[1] for row in results}
             faults += _raw_faults(folder, entries, progress)
             for sha256 in sorted({row[2] for row in results}):
-                faults += _checked(folder, f"machines/{sha256}.toml", sha256, "put the machine file back")
+                faults += _checked(folder, f"machines/{sha256}.toml", sha256, "restore the machine file")
             for file, sha256, _, number in results:
                 progress(file)
                 found = _checked(folder, file, sha256, "add the drop again, with --again and the same machine file")
@@ -67,7 +67,7 @@ def verify(archive: Archive, progress: Progress = silent) -> list[Fault]:
     except InputError as error:
         return [*faults, Fault(catalogue.NAME, str(error))]
     faults += [_left_out(path, file) for path, file in _files(folder, _RESULTS) if file not in known]
-    stopped = "no result belongs to it: an add or a remove was stopped; repeat it"
+    stopped = "no result belongs to it: an add or a remove was interrupted; repeat it"
     faults += [Fault(file, stopped, True) for _, file in _files(folder, "raw/*/*") if file not in named]
     return faults
 
@@ -110,9 +110,9 @@ def bring_up_to_date(archive: Archive, create: bool) -> None:
     if has_results:
         if lost := rebuild(archive):
             raise InputError(
-                f"{archive.folder}: its catalogue was made anew from the results, without {counted(len(lost), 'file')} that"
+                f"{archive.folder}: its catalogue was rebuilt from the results, without {counted(len(lost), 'file')} that"
                 f" cannot be read ({lost[0].file}): run 'tdbmon archive verify' and add these drops again; other commands"
-                " go on without them"
+                " continue without them"
             )
     elif create or not place.exists():
         with catalogue.writing(place):
@@ -153,9 +153,9 @@ def _raw_faults(folder: Path, entries: list[catalogue.Entry], progress: Progress
     faults = []
     for entry in entries:
         progress(entry.raw)
-        faults += _checked(folder, entry.raw, entry.sha256, f"put the record {entry.raw_name} back by adding it again")
+        faults += _checked(folder, entry.raw, entry.sha256, f"restore the record {entry.raw_name} by adding it again")
         if entry.id != entry.sha256[:ID_LENGTH]:
-            faults.append(Fault(entry.raw, "the catalogue names it wrongly; rebuild the catalogue"))
+            faults.append(Fault(entry.raw, "the catalogue has a wrong identifier for it; rebuild the catalogue"))
     return faults
 
 
@@ -167,7 +167,7 @@ def _checked(folder: Path, file: str, sha256: str, cure: str) -> list[Fault]:
         return [Fault(file, f"missing; {cure}")]
     except OSError as error:
         return [Fault(file, f"cannot be read ({error.strerror}); {cure}")]
-    return [Fault(file, f"is not what was filed (its SHA-256 differs); {cure}")]
+    return [Fault(file, f"differs from the filed version (by its SHA-256); {cure}")]
 
 
 def _left_out(path: Path, file: str) -> Fault:
@@ -176,7 +176,7 @@ def _left_out(path: Path, file: str) -> Fault:
         read_result(path)
     except InputError as error:
         return Fault(file, str(error))
-    return Fault(file, "not in the catalogue: an add was stopped; repeat it, or rebuild", True)
+    return Fault(file, "not in the catalogue: an add was interrupted; repeat it, or rebuild", True)
 
 
 def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Feature, ...]) -> list[Fault]:
@@ -186,7 +186,7 @@ def _disagreements(folder: Path, file: str, in_catalogue: tuple[catalogue.Featur
     for key in sorted(filed.keys() | listed.keys()):
         if not _equal(filed.get(key), listed.get(key)):
             name = " ".join(key).strip()
-            return [Fault(file, f"the catalogue disagrees in {name}; rebuild it: tdbmon archive verify --rebuild")]
+            return [Fault(file, f"the catalogue differs in {name}; rebuild it: tdbmon archive verify --rebuild")]
     return []
 
 

@@ -138,8 +138,8 @@ def _nothing_found(source: str, ds: xr.Dataset, wanted: dict[str, str]) -> str:
     near = next((f" ('{name}' expected{hint})" for name, hint in hints.items() if "did you mean" in hint), "")
     example = next(iter(wanted), "NDE_A")
     return (
-        f"{source}: none of the machine's channels is in the file; it holds {shown or 'no channel'}{near}; say in the machine"
-        f' file which channel is which: [channels] {example} = "{held[0] if held else "name in the file"}"'
+        f"{source}: none of the machine's channels is in the file; it has {shown or 'no channel'}{near}; assign the channels in"
+        f' the machine file: [channels] {example} = "{held[0] if held else "name in the file"}"'
     )
 
 
@@ -148,7 +148,7 @@ def _once(source: str, found: dict[str, str]) -> None:
     for name, channel in found.items():
         if channel in taken:
             raise InputError(
-                f"{source}: '{taken[channel]}' and '{name}' both ask for channel '{channel}';"
+                f"{source}: '{taken[channel]}' and '{name}' are both assigned channel '{channel}';"
                 " correct [channels] in the machine file"
             )
         taken[channel] = name
@@ -167,16 +167,16 @@ def _displacement(array: xr.DataArray, probe: Probe, place: str) -> xr.DataArray
             said = (
                 f"{place} is in V; give probe '{probe.name}' its sensitivity in the machine file, e.g. {_SENSITIVITY}"
             )
-            raise _Lacks(said, place, _IN_VOLTS, f"{_SENSITIVITY} with each probe")
+            raise _Lacks(said, place, _IN_VOLTS, f"{_SENSITIVITY} for each probe")
         return _rescaled(array, 1.0 / probe.sensitivity, -probe.offset / probe.sensitivity, "m")
     if units in ("", "1"):
         said = (
-            f"{place} has no unit; write one into the file, or give it with probe '{probe.name}' in the machine file,"
+            f"{place} has no unit; write one into the file, or give it for probe '{probe.name}' in the machine file,"
             f' e.g. unit = "um", or {_SENSITIVITY} for volts'
         )
-        raise _Lacks(said, place, _NO_UNIT, f'unit = "um" (or {_SENSITIVITY} for volts) with each probe')
-    cure = _wrong(units, "m", f"unit = \"um\" with probe '{probe.name}'")
-    raise InputError(f"{place} is {_quantity(array)}, where a displacement in m, um, mil or V is needed; {cure}")
+        raise _Lacks(said, place, _NO_UNIT, f'unit = "um" (or {_SENSITIVITY} for volts) for each probe')
+    cure = _wrong(units, "m", f"unit = \"um\" for probe '{probe.name}'")
+    raise InputError(f"{place} is {_quantity(array)}, but a displacement in m, um, mil or V is needed; {cure}")
 
 
 def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
@@ -199,7 +199,7 @@ def _speed(array: xr.DataArray, machine: Machine, place: str) -> xr.DataArray:
         said = f"{place} has no unit; write one into the file or into the machine file, e.g. {entry}"
         raise _Lacks(said, place, _NO_UNIT, entry)
     cure = _wrong(units, "Hz", '[speed] unit = "rpm"')
-    raise InputError(f"{place} is {_quantity(array)}, where a speed in Hz, rpm, rad/s or V is needed; {cure}")
+    raise InputError(f"{place} is {_quantity(array)}, but a speed in Hz, rpm, rad/s or V is needed; {cure}")
 
 
 def _is_voltage(unit: str) -> bool:
@@ -227,7 +227,7 @@ def _wrong(units: str, si: str, stated: str) -> str:
     try:
         scale(units, si)
     except InputError as error:
-        said = f"; or say in the machine file what it is, e.g. {stated}" if _unstated(units) else ""
+        said = f"; or state the unit in the machine file, e.g. {stated}" if _unstated(units) else ""
         return f"{error}{said}"
     return "correct the unit in the file"
 
@@ -249,7 +249,7 @@ def _without_pause(time: np.ndarray, source: str) -> None:
     at = int(np.argmax(steps))
     if steps[at] > max(_PAUSE, 3 * float(np.median(steps))):
         raise InputError(
-            f"{source}: no samples for {steps[at]:.6g} s after {time[at]:.6g} s; cut the record there and give the stretch"
+            f"{source}: no samples for {steps[at]:.6g} s after {time[at]:.6g} s; cut the record there and give the part"
             " with the drop"
         )
 

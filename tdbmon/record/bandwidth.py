@@ -36,9 +36,9 @@ def check_bandwidth(ds: xr.Dataset, machine: Machine) -> list[Check]:
     if not np.any(filtered := share < _FALLS_OFF):
         return []
     detail = (
-        f"before the fall {np.sum(filtered)} of {len(share)} displacement channels have {share.min():.2g} of the noise's power"
-        f" at {begin / 1e3:.3g} to {end / 1e3:.3g} kHz that they have at {_SLOW_HZ[0]:g} to {_SLOW_HZ[1]:g} Hz: a low-pass seems"
-        " to be set. It dates release and contacts late and makes contacts softer and longer; switch the filter of the data"
-        f" acquisition off, or set it to {begin / 1e3:.3g} kHz or more"
+        f"before the fall, the noise power of {np.sum(filtered)} of {len(share)} displacement channels at {begin / 1e3:.3g} to"
+        f" {end / 1e3:.3g} kHz is down to {share.min():.2g} of that at {_SLOW_HZ[0]:g} to {_SLOW_HZ[1]:g} Hz: a low-pass filter"
+        " seems active. It delays release and contacts and makes contacts softer and longer; switch off the filter of the data"
+        f" acquisition, or set it to {begin / 1e3:.3g} kHz or more"
     )
     return [Check("bandwidth", "", False, detail)]

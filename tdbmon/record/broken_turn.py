@@ -29,11 +29,11 @@ def broken_turn_checks(pulses: Pulses, time: np.ndarray) -> list[Check]:
         return []
     at, lost = found[0]
     what = "lost" if lost > 0 else "written twice"
-    where = f"{len(found)} turns, the first" if len(found) > 1 else "a turn of the shaft"
+    where = f"{len(found)} wrong revolutions: the first" if len(found) > 1 else "a revolution"
     detail = (
         f"{where} at {at:.5g} s is {abs(lost) * 1e3:.3g} ms {'shorter' if lost > 0 else 'longer'} than those before and after"
-        f" it: so much was {what} there, or whole turns more, and the times after it are wrong by that. Look for overruns of"
-        " the logger's buffer, and export it again"
+        f" it: samples of this duration, or of whole revolutions more, were {what}, and later times are wrong by it. Check for"
+        " overruns of the logger's buffer, and export it again"
     )
     return [Check("lost samples", "time", False, detail)]
 

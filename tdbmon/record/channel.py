@@ -19,7 +19,7 @@ from tdbmon.record.date import iso_date
 from tdbmon.record.timebase import LONG
 from tdbmon.sha256 import sha256_of
 
-_COUNTED = "the file's times repeat themselves: counted by the rate that it states"
+_COUNTED = "times repeat in the file: computed from its stated sampling rate instead"
 _OR_RATE = ", or state the true rate in the file (as 'Sample rate [Hz]' above a table)"
 _SHORTEST = 1e-7  # s between samples: no rotor is recorded at 10 MHz
 _FEW = 0.01  # of the samples: if more time stamps repeat, their resolution is too coarse
@@ -120,7 +120,7 @@ def to_dataset(content: Content, path: Path, reader: str) -> xr.Dataset:
     left_out = {channel.name: channel.fault for channel in content.channels if channel.fault}
     if not channels:
         told = next((f" ('{name}': {fault})" for name, fault in left_out.items()), "")
-        raise InputError(f"{path}: holds no channel along time{told}; give a file with at least one numeric channel")
+        raise InputError(f"{path}: contains no channel over time{told}; give a file with at least one numeric channel")
     _unique(channels, path)
     bases = _TimeBases(channels, path)
     data: dict[str, xr.DataArray] = {}
@@ -341,8 +341,8 @@ def _times(channel: Channel, path: Path) -> np.ndarray:
         raise InputError(f"{path}: channel '{name}' starts at {start} s; its time is damaged")
     if interval < 4 * np.spacing(abs(start) + interval * n):
         raise InputError(
-            f"{path}: channel '{name}' starts at {start:g} s, too late to tell samples {interval:g} s apart; repair its start"
-            " time"
+            f"{path}: channel '{name}' starts at {start:g} s, which is too large to resolve samples every {interval:g} s;"
+            " correct its start time"
         )
     return start + interval * np.arange(n)
 
@@ -354,7 +354,7 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
     bad = np.flatnonzero(~np.isfinite(time))
     if bad.size:
         raise InputError(
-            f"{path}: the time of sample {bad[0] + 1} is no number; repair the time of channel '{channel.name}'"
+            f"{path}: the time of sample {bad[0] + 1} is not a number; correct the time of channel '{channel.name}'"
         )
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0)
@@ -366,8 +366,8 @@ def _checked(channel: Channel, path: Path) -> np.ndarray:
         )
     if steps.size and (apart := float(np.median(steps))) < _SHORTEST:
         raise InputError(
-            f"{path}: by its times, channel '{channel.name}' has a sample every {apart:.3g} s: they are not in s; state their"
-            " unit, as in 'Time [ms]', or 'Time [d]' for the days that a spreadsheet counts"
+            f"{path}: the times of channel '{channel.name}' give a sample every {apart:.3g} s, so they are not in s; state their"
+            " unit, as in 'Time [ms]', or 'Time [d]' for days as in spreadsheets"
         )
     return time
 
@@ -376,13 +376,13 @@ def _why_not_on(channel: Channel, time: np.ndarray, steps: np.ndarray, at: int) 
     """Return why the times do not increase after a sample, with the remedy."""
     repeated = int(np.sum(steps == 0))
     if steps[at] == 0 and repeated <= _FEW * time.size and steps.min() == 0:
-        return f"{counted(repeated, 'sample')} of {time.size} may be there twice: delete what is, or export it again"
+        return f"{counted(repeated, 'sample')} of {time.size} may be duplicated: delete the copies, or export it again"
     if steps[at] == 0:
         other = _other_length(channel, time)
-        return f"it repeats: the time may have been written with too few digits{other}; export it again{_OR_RATE}"
+        return f"it repeats: the times may have been written with too few digits{other}; export it again{_OR_RATE}"
     if time[at + 1] <= time[0]:
-        return "it begins anew: the file may hold several records; give one alone"
-    return "it runs backwards: samples may be there twice, or pieces joined in the wrong order; export it again"
+        return "it restarts: the file may contain several records; give one alone"
+    return "it goes back: samples may be duplicated, or parts joined in the wrong order; export it again"
 
 
 def _other_length(channel: Channel, time: np.ndarray) -> str:
@@ -390,6 +390,6 @@ def _other_length(channel: Channel, time: np.ndarray) -> str:
     if channel.interval is None:
         return ""
     return (
-        f", and last {time[-1] - time[0]:.4g} s where {len(time)} samples at the stated {1 / channel.interval:.6g} Hz last"
-        f" {channel.interval * (len(time) - 1):.4g} s"
+        f" (they span {time[-1] - time[0]:.4g} s, but {len(time)} samples at the stated {1 / channel.interval:.6g} Hz span"
+        f" {channel.interval * (len(time) - 1):.4g} s)"
     )

@@ -33,8 +33,8 @@ def without_clock_jumps(record: xr.Dataset, machine: Machine) -> tuple[xr.Datase
     checks: list[Check] = []
     for after, length in reversed(found):  # from last to first, so that times before a jump are still those of the file
         detail = (
-            f"the clock jumps by {length:.4g} s at {after - length:.5g} s, and the rotor goes on as fast as if no time had"
-            " passed: the jump is taken out, and later times are that much less than the file's"
+            f"the clock jumps by {length:.4g} s at {after - length:.5g} s, but the rotor continues at a speed as if no time had"
+            " passed: the jump is removed, and later times are smaller by it than in the file"
         )
         checks.insert(0, Check("clock", "time", False, detail))
         record = record.assign_coords(

@@ -25,8 +25,8 @@ def as_record(ds: xr.Dataset) -> xr.Dataset:
     for name, array in ds.data_vars.items():
         if array.ndim != 1 or array.dtype.kind not in "biuf":
             raise InputError(
-                f"{source}: '{name}' of type {array.dtype} with dimensions {array.dims} is no channel; give numbers along one"
-                " dimension of time"
+                f"{source}: '{name}' of type {array.dtype} with dimensions {array.dims} is not a channel; give numbers along one"
+                " time dimension"
             )
     times = {dimension: _time(ds, str(dimension), source) for dimension in ds.sizes}
     dates = [time.values.min() for time in times.values() if time.dtype.kind == "M" and time.size]
@@ -36,7 +36,7 @@ def as_record(ds: xr.Dataset) -> xr.Dataset:
         if back.size:
             raise InputError(
                 f"{source}: the time '{dimension}' does not increase after sample {back[0] + 1} ({values[back[0]]:.9g} s);"
-                " sort the dataset by it, and drop what is there twice"
+                " sort the dataset by it, and remove duplicates"
             )
     moved = {
         dimension: (dimension, values, {**times[dimension].attrs, "units": "s"})

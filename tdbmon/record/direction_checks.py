@@ -65,9 +65,9 @@ def fall_directions(ds: xr.Dataset, machine: Machine) -> list[Check]:
         if not _MOVED[0] * gap < abs(moved) < _MOVED[1] * gap:
             continue
         off = aside(moved)
-        detail = f"settles {um(abs(moved))} from where it began, {off:.0f} deg from straight down"
+        detail = f"settles {um(abs(moved))} from its initial position, {off:.0f} deg from straight down"
         names = ", ".join(probe.name for probe in machine.probes_at(end))
-        cure = f": check sign of the sensitivity and angle of {names}, and that no two are swapped"
+        cure = f": check sign of the sensitivity and angle of {names}, and whether two are swapped"
         down = off < DOWN_DEG
         found.append(Check("fall", end, down, detail + ("" if down else cure)))
     return found

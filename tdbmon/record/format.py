@@ -40,5 +40,5 @@ def library(module: str, reader: Format, path: Path) -> Any:
         return importlib.import_module(module)
     except ImportError:
         raise InputError(
-            f"{path}: is a {reader.name} file; to read it run: pip install 'tdbmon[{reader.extra}]'"
+            f"{path}: is in {reader.name} format; to read it run: pip install 'tdbmon[{reader.extra}]'"
         ) from None

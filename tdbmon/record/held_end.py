@@ -64,7 +64,7 @@ def ends_in_fall(planes: xr.Dataset, end: str, machine: Machine, release_s: floa
     if left > _FREE * falls_for and not never_touches(start, float(np.abs(z[after] - start).max()), bearing):
         return ""
     return (
-        f"the record ends {left * 1e3:.2g} ms after the release, while the shaft still falls and has touched nothing: record for"
+        f"the record ends {left * 1e3:.2g} ms after the release, while the shaft is still falling without contact: record for"
         " a second or more after the release"
     )
 
@@ -164,7 +164,7 @@ def said_held(end: str, reach: float, machine: Machine) -> str:
     """Return the statement that an end stayed levitated, with its largest excursion."""
     gap = machine.bearing(end).radial_gap.nominal
     return (
-        f"stayed levitated (did not fall): it moves {um(reach)} at most from where it levitated, in a gap of {um(gap)}"
+        f"stayed levitated (did not fall): it moves at most {um(reach)} from its levitated position, in a gap of {um(gap)}"
     )
 
 

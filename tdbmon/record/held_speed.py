@@ -34,8 +34,8 @@ def speed_at_updates(ds: xr.Dataset) -> tuple[xr.Dataset, list[Check]]:
     ds = with_some_samples(ds, "speed", at, f"{ds['speed'].dims[0]} of the speed's updates")
     ds["speed"].attrs[HELD] = seconds
     said = (
-        f"every value stands {seconds:.3g} s: taken once each, at its update. It is the speed there or up to {seconds:.3g} s"
-        " before, which intervals contain"
+        f"every value is held for {seconds:.3g} s: only the sample at its update is used. It is the speed then or up to"
+        f" {seconds:.3g} s earlier; confidence intervals include this delay"
     )
     return ds, [Check("held values", "speed", True, said)]
 

@@ -29,7 +29,7 @@ def at_own_rates(ds: xr.Dataset, probes: Sequence[str]) -> tuple[xr.Dataset, lis
         ds = with_some_samples(ds, name, slice(first, None, times_held), own)
         hz = usual_rate(ds[own].to_numpy())
         remarks.append(
-            Check("held values", name, True, f"every value stands {times_held} times: taken once each, at {hz:.5g} Hz")
+            Check("held values", name, True, f"every value is held for {times_held} samples: one is used, at {hz:.5g} Hz")
         )
     return ds, remarks
 

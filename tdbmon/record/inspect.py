@@ -78,7 +78,7 @@ class Inspection:
         if self.beside:
             named = [f"{name} ({along})" for name, along in list(self.beside.items())[:_MOST]]
             more = f" and {len(self.beside) - _MOST} more" if len(self.beside) > _MOST else ""
-            head.append(f"no channels, so not analysed: {', '.join(named)}{more}")
+            head.append(f"not channels over time, so not analysed: {', '.join(named)}{more}")
         rows = [_HEADINGS, *(_row(info) for info in self.channels)]
         widths = [max(len(row[k]) for row in rows) for k in range(len(rows[0]))]
         table = ["  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -111,9 +111,9 @@ def pulses(ds: xr.Dataset, machine: Machine) -> Pulses:
         sigma = _scatter(kept, turns)
     words = _in_words(kept, turns, sigma, missed, extra)
     if kept.size < 2 <= seen:
-        words = f"{seen} pulses at {count} a revolution are too few for a speed"
+        words = f"{seen} pulses at {count} per revolution are too few for a speed"
     elif count > 1:
-        words += f"; one of {count} a revolution, so that shaft angles count from any of them"
+        words += f"; one of {count} per revolution is used, and the zero of the shaft angle may be any of them"
     return Pulses(kept, turns, sigma, missed, extra, in_holes, words)
 
 
@@ -222,7 +222,7 @@ def speed_over_pulses(ds: xr.Dataset, machine: Machine) -> Estimate:
     The median over the revolutions, with its standard error from the interquartile range (asymptotic, for normal errors).
     """
     if "speed" not in ds or "keyphasor" not in ds or machine.keyphasor is None:
-        return Estimate.missing("1", "the record does not hold both a speed channel and keyphasor pulses")
+        return Estimate.missing("1", "the record does not have both a speed channel and keyphasor pulses")
     ratio, _ = stated_over_counted(ds, pulses(ds, machine))
     if len(ratio) < 5:
         return Estimate.missing("1", "fewer than five revolutions have both a stated speed and pulses")
@@ -403,6 +403,6 @@ def _in_words(times: np.ndarray, turns: np.ndarray, sigma: float, missed: int, e
     if times.size < 2:
         return f"{times.size} pulse: too few for a speed"
     hz = np.diff(turns) / np.diff(times)
-    faults = [f"{missed} missed" if missed else "", f"{extra} surplus dropped" if extra else ""]
+    faults = [f"{missed} missed" if missed else "", f"{extra} surplus removed" if extra else ""]
     fault = ", ".join(word for word in faults if word) or "none missed, none surplus"
-    return f"{times.size} pulses, {hz[0]:.4g} Hz to {hz[-1]:.4g} Hz, {fault}, edges to {sigma * 1e6:.2g} us"
+    return f"{times.size} pulses, {hz[0]:.4g} Hz to {hz[-1]:.4g} Hz, {fault}, edges timed to {sigma * 1e6:.2g} us"

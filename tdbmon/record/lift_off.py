@@ -28,8 +28,8 @@ def from_lift_off(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[Ch
     if since is None:
         return ds, []
     detail = (
-        f"the record begins with the shaft on its touchdown bearings, and it levitates from {since:.4g} s on: what lies before"
-        f" is left out; cut the record at {since:.4g} s"
+        f"the record begins with the shaft on its touchdown bearings; it levitates from {since:.4g} s on. Earlier samples"
+        f" are left out; cut the record at {since:.4g} s"
     )
     kept = {dim: slice(int(np.searchsorted(ds[dim].to_numpy(), since)), None) for dim in ds.dims}
     return ds.isel(kept), [Check("lift-off", "", False, detail)]

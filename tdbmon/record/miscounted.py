@@ -39,16 +39,16 @@ class Miscounted:
     sure: bool
 
     def __str__(self) -> str:
-        shaft = "at which the levitated shaft turns" if self.sure else "of a strong line of the levitated shaft"
+        shaft = "at which the levitated shaft turns" if self.sure else "of a strong spectral line of the levitated shaft"
         return f"{_WORDS.get(self.times, f'{self.times:.0f} times')} the {self.hz:.4g} Hz {shaft}"
 
     @property
     def cause(self) -> str:
         """The likely cause of the miscount, in words."""
         if self.times > 1:
-            kept = f" (in a keyphasor: pulses_per_revolution = {self.times:.0f})"
-            return f"{self.times:.0f} marks or pulses a revolution, each counted as one{kept}"
-        return f"one pulse counted of {1 / self.times:.0f}"
+            kept = f" (for a keyphasor: pulses_per_revolution = {self.times:.0f})"
+            return f"{self.times:.0f} marks or pulses per revolution, each counted as a revolution{kept}"
+        return f"only one of {1 / self.times:.0f} pulses counted"
 
 
 def miscounted(lines: LevitatedLines, stated: float, mains_hz: float) -> Miscounted | None:

@@ -138,8 +138,8 @@ def _cut(owns: dict[str, np.ndarray], reference: np.ndarray, common: np.ndarray)
             continue
         lost = reference.size - common.size
         detail = (
-            f"has samples from {own[0]:.5g} s to {own[-1]:.5g} s only: the probes of its rate are read from {common[0]:.5g} s to"
-            f" {common[-1]:.5g} s, and {lost} of {reference.size} samples are left out"
+            f"has samples only from {own[0]:.5g} s to {own[-1]:.5g} s: all probes at its rate are analysed from"
+            f" {common[0]:.5g} s to {common[-1]:.5g} s, and {lost} of {reference.size} samples are left out"
         )
         found.append(Check("time base", name, bool(lost < _MANY * reference.size), detail))
     return found
@@ -151,10 +151,10 @@ def _between(name: str, lead: str, own: np.ndarray, common: np.ndarray) -> Check
     drift = (_interval(own) / usual - 1) * (own[-1] - own[0])
     when = f"{abs(late) * 1e6:.3g} us {'after' if late > 0 else 'before'} {lead}"
     if abs(drift) > _APART * usual:
-        when = f"by a clock that parts from that of {lead} by {abs(drift) * 1e6:.3g} us over the record"
+        when = f"by a clock that drifts relative to that of {lead} by {abs(drift) * 1e6:.3g} us over the record"
     detail = (
-        f"is sampled {when}: it is read at the times of"
-        f" {lead} by straight lines between its samples, right to {HARD_CONTACT * usual**2 / 8 * 1e6:.2g} um"
+        f"is sampled {when}: it is interpolated linearly to the times of"
+        f" {lead}, accurate to {HARD_CONTACT * usual**2 / 8 * 1e6:.2g} um"
         f" at {HARD_CONTACT:g} m/s^2, as in a hard contact"
     )
     return Check("time base", name, True, detail)

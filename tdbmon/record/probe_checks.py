@@ -41,7 +41,7 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     time, signal = times_of(array), faults.prepare(array.values)
     finite = signal.values[~np.isnan(signal.values)] if np.isnan(signal.values).any() else signal.values
     if finite.size < 2:
-        return [Check("dead", name, False, "holds no value at all: check its cable and the logger's channel")]
+        return [Check("dead", name, False, "has no values: check its cable and the logger's channel")]
     found = [missing_samples(name, time, signal)]
     gap = machine.bearing(probe.end).radial_gap.nominal
     peaks = spikes(signal, machine, probe)
@@ -54,7 +54,7 @@ def probe_checks(ds: xr.Dataset, machine: Machine, probe: Probe) -> list[Check]:
     low, high = (float(q) for q in np.quantile(held, (0.001, 0.999)))  # robust against a few outliers
     swing, moved = high - low, float(np.ptp(held))
     dead = float(np.ptp(finite)) < _STILL * gap
-    little = f"{um(np.ptp(finite))} pk-pk only, in a gap of {um(gap)}: check its cable and driver"
+    little = f"only {um(np.ptp(finite))} pk-pk in a gap of {um(gap)}: check its cable and driver"
     found.append(Check("dead", name, not dead, f"moves by {little if dead else f'{um(moved)} pk-pk'}"))
     if dead and (not _moves_slowly(finite) or lost.longest > _STUCK * array.size):
         return found  # neither noise nor a stuck signal can show a wrong unit
@@ -87,7 +87,7 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
     most, gap = max(travel, key=lambda each: each[0] / each[1])
     low, high = _LIKE_A_DROP
     factor = next((f for f in _FACTORS if leaves and all(low < moved / f / gap < high for moved, gap in travel)), None)
-    detail = f"no probe moves by more than {um(most)} pk-pk, in a gap of {um(gap)}: "
+    detail = f"no probe moves by more than {um(most)} pk-pk in a gap of {um(gap)}: "
     if factor is None:
         detail += (
             "the shaft does not fall in this record. Was it cut before the release, or did the magnets hold? Otherwise check"
@@ -95,8 +95,8 @@ def no_drop(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check | No
         )
     else:
         detail += (
-            f"times {1 / factor:g} it would be {um(most / factor)}, as in a drop: {_FACTORS[factor]}? Check the unit of all"
-            " displacements in the file or the machine file, and radial_gap in the machine file"
+            f"multiplied by {1 / factor:g} it would be {um(most / factor)}, as in a drop: {_FACTORS[factor]}? Check the unit of"
+            " all displacements in the file or the machine file, and radial_gap in the machine file"
         )
     return Check("drop", "", False, detail)
 
@@ -126,10 +126,10 @@ def cut_in_fall(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> Check 
     # extrapolate back from a tenth of the gap to the start of the fall
     released = min(begun) - float(np.sqrt(_FALLS)) * fall
     after = float(time[-1]) - released
-    where = "while the shaft still falls" if after < fall else "in its first contacts"
+    where = "while the shaft is still falling" if after < fall else "during its first contacts"
     detail = (
-        f"the record ends {after * 1e3:.2g} ms after the release, {where}: little can be told of the drop, and nothing of a probe"
-        " that has hardly moved. Was the file cut? Record for a second or more after the release"
+        f"the record ends {after * 1e3:.2g} ms after the release, {where}: it shows little of the drop, and probes that have"
+        " hardly moved cannot be checked. Was the file cut? Record for a second or more after the release"
     )
     return Check("length", "", False, detail)
 
@@ -157,7 +157,7 @@ def _unit(name: str, moved: float, swing: float, gap: float, unit: str) -> Check
 def _where_stated(unit: str) -> str:
     """Return, in words, where the unit of a probe is defined; `unit` is the one stated in the file."""
     if unit and si_unit_of(unit) != si_unit_of("V"):
-        return f"'{unit}' in the file (a unit in the machine file counts only where the file states none)"
+        return f"'{unit}' in the file (a unit in the machine file is used only if the file states none)"
     return (
         "the probe's sensitivity in the machine file" if unit else "the probe's unit or sensitivity in the machine file"
     )
@@ -169,7 +169,7 @@ def _clipping(name: str, time: np.ndarray, signal: faults.Signal, runs: Runs) ->
     level = signal.values[runs.first[0]]
     return Check(
         "clipping", name, False,
-        f"{runs.total} samples stand at {um(level)} in {counted(len(runs), 'flat top')}, {span(time, runs)}:"
+        f"{runs.total} samples are at {um(level)} in {counted(len(runs), 'flat top')}, {span(time, runs)}:"
         " peaks are cut off; widen the input range or the probe's gap",
     )  # fmt: skip
 
@@ -217,7 +217,7 @@ def twins(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
         if moves:  # two constant channels are both dead instead
             same.setdefault(one.name, []).append(other.name)
             same.setdefault(other.name, []).append(one.name)
-    cause = "sample by sample: one of them is another channel; check [channels] and the wiring"
+    cause = "sample by sample: one of them is the wrong channel; check [channels] and the wiring"
     found = [Check("identical", name, False, f"equals {', '.join(others)} {cause}") for name, others in same.items()]
     if probes and not found:
         found.append(Check("identical", "", True, "no two probes are the same"))
@@ -234,5 +234,5 @@ def missing_samples(name: str, time: np.ndarray, signal: faults.Signal) -> Check
         "nan", name, False,
         f"{runs.total} samples ({percent(share, 2)}) without a value in {counted(len(runs), 'run')}, the longest"
         f" {counted(runs.longest, 'sample')}, {span(time, runs)};"
-        f" runs of up to {SHORT_GAP} can be bridged, longer ones are left out",
+        f" runs of up to {SHORT_GAP} samples can be interpolated, longer ones are left out",
     )  # fmt: skip

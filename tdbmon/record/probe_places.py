@@ -24,9 +24,9 @@ def check_places(machine: Machine, probes: Iterable[Probe]) -> list[Check]:
         if abs(probe.position - own.position) <= _FARTHER * abs(probe.position - other.position):
             continue
         detail = (
-            f"stands at {_mm(probe.position)} by the machine file, by the touchdown bearing of {other.name}"
+            f"is at {_mm(probe.position)} in the machine file, close to the touchdown bearing of {other.name}"
             f" ({_mm(other.position)}) and far from that of its own end {own.name} ({_mm(own.position)}): check position"
-            " and end of this probe; displacements at both bearings rest on them"
+            " and end of this probe; displacements at both bearings depend on them"
         )
         found.append(Check("place", probe.name, False, detail))
     return found

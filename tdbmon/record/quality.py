@@ -43,7 +43,7 @@ _LEAST = 0.5  # of a probe's samples: fewer with a value make it unfit
 _UNFIT = {
     "dead": "is dead",
     "identical": "equals another probe",
-    "unit": "reads by a factor wrong",
+    "unit": "is wrong by a constant factor",
 }  # keyed by the failed check
 _WHOLE = 0.9  # of the probes' duration: even the last sample of a slow channel is later
 _UNEVEN = 0.01  # of the interval: jitter that affects a spectrum
@@ -66,7 +66,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
     """
     found: list[Check] = []
     if ds.attrs.get("incomplete"):
-        found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; what is there can be analysed"))
+        found.append(Check("complete", "", False, f"{ds.attrs['incomplete']}; the rest can be analysed"))
     if stated := ds.attrs.get("drop_time_unread"):
         found.append(Check("date", "", False, unread_date(str(stated))))
     found += _machine(ds, machine)
@@ -85,7 +85,7 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         if early is not None or probe.name in hovers:
             of_probe = [each for each in of_probe if each.check not in ("dead", "unit")]
         if probe.name in hovers:
-            why = "moves little, since its end stays levitated: once per revolution is seen to the end of the fall and after it"
+            why = "moves little, since its end stays levitated: 1X is visible before and after the drop"
             found.append(Check("dead", probe.name, True, why))
         found += of_probe
     found = with_suspect_gap(found, ds, machine)
@@ -97,8 +97,8 @@ def check(ds: xr.Dataset, machine: Machine) -> tuple[Check, ...]:
         found += check_speed_spikes(ds)
         ds = without_speed_spikes(ds)
     if "keyphasor" in ds:
-        why = ", as the shaft stands" if stands(ds) else ": check its cable and the logger's channel"
-        found += _signal(ds, Check("dead", "keyphasor", stands(ds), f"holds one value only{why}"))
+        why = ", as the shaft is at standstill" if stands(ds) else ": check its cable and the logger's channel"
+        found += _signal(ds, Check("dead", "keyphasor", stands(ds), f"is constant{why}"))
     found += twins(ds, probes)
     if early is None:  # otherwise the apparent levitation may contain the fall
         found += check_bandwidth(
@@ -170,7 +170,7 @@ def _mostly_missing(array: xr.DataArray) -> str:
     if np.mean(there[:last]) <= _LEAST or last == 0:
         return said
     at = float(times_of(array)[last])
-    return f"{said}, none from {at:.4g} s on: cut the record at {at:.4g} s"
+    return f"{said} and none from {at:.4g} s on: cut the record at {at:.4g} s"
 
 
 def repair_gaps(ds: xr.Dataset) -> xr.Dataset:
@@ -216,8 +216,8 @@ def names_another(ds: xr.Dataset, machine: Machine) -> str:
     if not stated or same_name(stated, machine.name):
         return ""
     return (
-        f"the record says that it is of '{stated}', the machine file is of '{machine.name}': take the machine file of that"
-        " machine, or, if both are one, give the machine file the name that its records bear"
+        f"the record names machine '{stated}', the machine file '{machine.name}': use the machine file of that machine, or,"
+        " if both are the same machine, write the record's name into the machine file"
     )
 
 
@@ -232,18 +232,18 @@ def _machine(ds: xr.Dataset, machine: Machine) -> list[Check]:
 def _missing(name: str, ds: xr.Dataset, machine: Machine) -> Check:
     channel = machine.channel_in_file(name)
     unused = [str(other) for other in ds.attrs.get("unused", ())]
-    also = f"; not used of the file: {', '.join(unused[:8])}" if unused else ""
+    also = f"; unused channels of the file: {', '.join(unused[:8])}" if unused else ""
     hint = did_you_mean(channel, unused)
     also += hint if "did you mean" in hint else ""
     if name == "speed":
-        follows = "the speed comes from the keyphasor" if "keyphasor" in ds else "nothing can be said about the speed"
+        follows = "the speed comes from the keyphasor" if "keyphasor" in ds else "the speed is not evaluated"
     elif name == "keyphasor":
-        follows = "there is no shaft angle, hence no phase of the unbalance"
+        follows = "there is no shaft angle, so the phase of the unbalance is unknown"
     else:
         end = next(probe.end for probe in machine.probes if probe.name == name)
         left = sum(probe.name in ds for probe in machine.probes_at(end))
         follows = (
-            f"end {end} has {left} of two directions, hence no orbit, gap or contacts there"
+            f"end {end} has only {left} of two directions, so no orbit, gap or contacts are determined there"
             if left < 2
             else f"end {end} has {left} probes left"
         )
@@ -263,8 +263,8 @@ def _rates(ds: xr.Dataset, machine: Machine, probes: list[Probe]) -> list[Check]
 
     left = [name for name in names if name not in kept]
     detail = (
-        f"left out: {_bases(ds, left)}; {_bases(ds, list(kept))}. An orbit needs readings at one time: record all probes at one"
-        " rate, from start to end"
+        f"left out: {_bases(ds, left)}; analysed: {_bases(ds, list(kept))}. An orbit needs simultaneous readings: record all"
+        " probes at one rate, from start to end"
     )
     return [Check("time base", ", ".join(left), False, detail)]
 
@@ -295,7 +295,7 @@ def _ends_early(ds: xr.Dataset, probes: list[Probe]) -> list[Check]:
         end, interval = float(time[-1]), usual_interval(time) if time.size > 1 else 0.0
         if end < _WHOLE * last and last - end > LONG * interval:
             detail = (
-                f"ends at {end:.5g} s, the probes at {last:.5g} s: it tells nothing after that; was the logger cut off?"
+                f"ends at {end:.5g} s, but the probes end at {last:.5g} s: its last part is missing; was the logger cut off?"
             )
             found.append(Check("time base", name, False, detail))
     return found
@@ -319,11 +319,11 @@ def _sampling(ds: xr.Dataset, dimension: str, probes: set[str]) -> Check:
         at = time[gaps.first[0]]
         faulty.append(
             f"{counted(lost.size, 'gap')} in time, the longest {lost.max() * 1e3:.3g} ms, the first at {at:.5g} s:"
-            " analyse the stretches apart, or export again without gaps"
+            " analyse the parts separately, or export again without gaps"
         )
     if jitter > _UNEVEN * interval:
         faulty.append(
-            f"intervals vary by {percent(jitter / interval, 1)}: spectra are blurred; use the logger's own clock"
+            f"sampling intervals vary by {percent(jitter / interval, 1)}: spectra are blurred; use the logger's own clock"
         )
     if rate < (1 - _ROUNDING) * _SLOWEST and not probes.isdisjoint(held):
         faulty.append(f"a contact of 2 ms has {2e-3 * rate:.1f} samples: record at {_SLOWEST / 1e3:g} kHz or more")
@@ -347,17 +347,17 @@ def _keyphasor(ds: xr.Dataset, machine: Machine, marks: Pulses) -> Check:
     """Check the keyphasor pulses; pulses missed within gaps of the time axis are not a fault."""
     count = machine.keyphasor.pulses_per_revolution if machine.keyphasor is not None else 1
     if marks.times.size < 2 and stands(ds):
-        return Check("keyphasor", "keyphasor", True, f"{marks.quality}; the shaft stands by its speed signal")
+        return Check("keyphasor", "keyphasor", True, f"{marks.quality}; the speed signal shows standstill")
     if marks.times.size < 2:
         doubt = f"pulses_per_revolution = {count} in [keyphasor] and " if count > 1 else ""
         detail = f"{marks.quality}; without pulses there is no shaft angle: check {doubt}the sensor's gap"
         return Check("keyphasor", "keyphasor", False, detail)
     if marks.missed > 0 and marks.missed == marks.in_holes and marks.extra == 0:
-        return Check("keyphasor", "keyphasor", True, f"{marks.quality}, all where the time axis has gaps")
+        return Check("keyphasor", "keyphasor", True, f"{marks.quality}; all missed pulses lie in gaps of the time axis")
     wanted = sampling_for_pulses(ds, machine)
     faulty = marks.missed + marks.extra > 0
     cure = (
-        "; surplus pulses were dropped and missed ones counted: check the sensor's gap and the mark" if faulty else ""
+        "; this was corrected for in the shaft angle: check the sensor's gap and the mark" if faulty else ""
     )
     if faulty and wanted is not None:
         cure = f"; {shorter_than_a_sample(wanted)}"

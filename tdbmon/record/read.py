@@ -22,8 +22,8 @@ _MACHINE_FILE = re.compile(
 _PACKED = {
     b"PK\x03\x04": "a zip archive or an Excel workbook; unpack it, or save the sheet as CSV, and give that file",
     b"\xd0\xcf\x11\xe0": "an Excel workbook; save its sheet as CSV and give that file",
-    b"\x1f\x8b": "a packed file (gzip); unpack it and give the file in it",
-    b"7z\xbc\xaf": "a packed file (7-Zip); unpack it and give the file in it",
+    b"\x1f\x8b": "a compressed file (gzip); unpack it and give the file in it",
+    b"7z\xbc\xaf": "a compressed file (7-Zip); unpack it and give the file in it",
 }
 
 
@@ -60,7 +60,7 @@ def read(path: str | Path) -> xr.Dataset:
         ) from None
     except Exception as error:  # third-party readers raise anything on damaged files
         raise InputError(
-            f"{path}: is a {found.name} file but cannot be read ({_first_line(error)});"
+            f"{path}: is in {found.name} format but cannot be read ({_first_line(error)});"
             " it is damaged or cut off: export it again"
         ) from error
     return to_dataset(content, path, found.name)
@@ -87,8 +87,8 @@ def recognise(path: Path) -> Format:
         raise InputError(f"{path}: is empty (0 bytes); export it again")
     if _MACHINE_FILE.search(head):
         raise InputError(
-            f"{path}: is a machine file, not a record; give the file of a record here, and the machine file as MACHINE of"
-            " analyse, simulate, diagnose or identifiability, which say what is wrong with it"
+            f"{path}: is a machine file, not a record; give a record here, and the machine file as MACHINE to analyse,"
+            " simulate, diagnose or identifiability, which report errors in it"
         )
     for candidate in FORMATS:
         if candidate.recognises(head, path):
@@ -97,7 +97,7 @@ def recognise(path: Path) -> Format:
         if head.startswith(start):
             raise InputError(f"{path}: is {what}")
     known = ", ".join(candidate.name for candidate in FORMATS)
-    raise InputError(f"{path}: is of no format that can be read; known: {known}")
+    raise InputError(f"{path}: is in no format that can be read; known: {known}")
 
 
 def write(record: xr.Dataset, path: str | Path) -> None:

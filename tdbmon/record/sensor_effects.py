@@ -114,15 +114,15 @@ def check_effects(machine: Machine) -> list[Check]:
         return []
     _, sensors = sensor_chain(machine)
     others = [told for each in machine.effects if (told := f"{each.name} at {each.where}") not in sensors]
-    said = [f"{', '.join(sensors)}: readings are freed of it before anything is told from them"] if sensors else []
+    said = [f"{', '.join(sensors)}: readings are corrected for it before the analysis"] if sensors else []
     if others:
         said.append(
-            f"{', '.join(others)}: the simulation has it (--forces); what is told from readings alone does not know it"
+            f"{', '.join(others)}: the simulation includes it (--forces); analyses of the readings alone do not account for it"
         )
     if turning := [f"{e.name} at {e.where}" for e in machine.effects if _of_one_drop(e)]:
         said.append(
-            f"{', '.join(turning)}: the machine file has the angle of one drop; in another it may lie otherwise, which the"
-            " simulation does not know"
+            f"{', '.join(turning)}: the machine file states its angle in one drop; the angle may differ in another drop, which"
+            " the simulation does not account for"
         )
     return [Check("effects", "machine file", True, "; ".join(said))]
 

@@ -45,14 +45,14 @@ def check_slow_roll(record: xr.Dataset, machine: Machine) -> list[Check]:
     said = ", ".join(f"{probe.name} {um(probe.slow_roll.peak_to_peak)} pk-pk" for probe in stated if probe.slow_roll)
     angles = _angles(record, machine, stated)
     if isinstance(angles, str):
-        return [Check("slow roll", "", False, f"{said}: not taken off, since {angles}")]
+        return [Check("slow roll", "", False, f"{said}: not subtracted, since {angles}")]
     dim, turned = next(iter(angles.items()))
     known = np.isfinite(turned)
     if not known.all():
         first, last = record[dim].to_numpy()[known][[0, -1]]
-        detail = f"{said}: taken off from {first:.5g} s to {last:.5g} s, where keyphasor pulses tell the shaft's angle"
+        detail = f"{said}: subtracted between {first:.5g} s and {last:.5g} s, where keyphasor pulses give the shaft angle"
         return [Check("slow roll", "", True, detail)]
-    return [Check("slow roll", "", True, f"{said}: taken off all readings, by the keyphasor's angle")]
+    return [Check("slow roll", "", True, f"{said}: subtracted from all readings, by the shaft angle from the keyphasor")]
 
 
 def runout_words(checks: Sequence[Check]) -> str:
@@ -62,7 +62,7 @@ def runout_words(checks: Sequence[Check]) -> str:
 
 def runout_sentence(checks: Sequence[Check]) -> str:
     """Return the sentence on runout compensation for texts, from the checks of a record."""
-    return "Slow roll is taken off." if _taken_off(checks) else "Runout is not taken off."
+    return "Slow roll is compensated." if _taken_off(checks) else "Runout is not compensated."
 
 
 def _taken_off(checks: Sequence[Check]) -> bool:
@@ -77,15 +77,15 @@ def _angles(record: xr.Dataset, machine: Machine, stated: Sequence[Probe]) -> di
     """Return the rotation angle at the samples of each time base of the probes, rad, or the reason why it is unavailable."""
     key = pulses_if_any(record, machine) if stated else None
     if key is None or len(key.times) <= 2:
-        return "the record has no keyphasor pulses that tell the shaft's angle"
+        return "the record has no keyphasor pulses that give the shaft angle"
     bases = dict.fromkeys(str(record[probe.name].dims[0]) for probe in stated)
     angles = {dim: _turned(key, record[dim].to_numpy()) for dim in bases}
     for dim, turned in angles.items():
         known = np.isfinite(turned)
         if known.any() and not known[0]:
             return (
-                f"keyphasor pulses tell the shaft's angle from {record[dim].to_numpy()[known][0]:.5g} s on only, and readings"
-                " would jump there; where the shaft still levitates then, cut the record there"
+                f"keyphasor pulses give the shaft angle only from {record[dim].to_numpy()[known][0]:.5g} s on, and readings"
+                " would jump there; if the shaft still levitates then, cut the record there"
             )
     return angles
 

@@ -34,8 +34,8 @@ _UNITS = {
     2 * np.pi / 60: "rad/s written as rpm",
     60 / (2 * np.pi): "rpm written as rad/s",
 }
-_COUNTS = {2.0: "two pulses a revolution in the speed signal", 0.5: "two marks a revolution on the shaft"}
-_WHEELS = {1 / n: f"{n} pulses a revolution (pulses_per_revolution = {n} in [keyphasor])" for n in range(3, 49)}
+_COUNTS = {2.0: "two pulses per revolution in the speed signal", 0.5: "two marks per revolution on the shaft"}
+_WHEELS = {1 / n: f"{n} pulses per revolution (pulses_per_revolution = {n} in [keyphasor])" for n in range(3, 49)}
 _CLOCKS = {1000.0: "time in ms read as s", 1 / 1000: "time in s read as ms", 60.0: "time in s read as min"}
 _NEARLY, _EXACTLY = 0.03, 0.01  # relative tolerance of a fault's factor; narrower for toothed wheels, whose counts are integers
 _NEAR = 0.3  # relative difference between two speeds too small to be explained by miscounted marks
@@ -48,8 +48,8 @@ _START_S = 0.02  # initial stretch of a speed signal
 _NOTHING = 1e-3  # of the keyphasor speed: a signal that reads less is dead
 _SLOWED = 0.005  # of the keyphasor speed: a larger change from start to end is not a controlled constant speed
 _KEYED = ". It is left out: the speed comes from the keyphasor"
-_UNUSED = ". It is left out: nothing is said about the speed"
-_UNUSED_BOTH = ". Both are left out: nothing is said about the speed"
+_UNUSED = ". It is left out: the speed is not evaluated"
+_UNUSED_BOTH = ". Both are left out: the speed is not evaluated"
 
 
 def first_speed(ds: xr.Dataset, marks: Pulses | None) -> float | None:
@@ -63,14 +63,14 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
     if _backward(ds):
         left_out = _KEYED if _sound(marks) else ""
         detail = (
-            f"reads {float(np.median(values)):.4g} Hz: turn the sign of its sensitivity, or of the channel{left_out}"
+            f"reads {float(np.median(values)):.4g} Hz: reverse the sign of its sensitivity, or of the channel{left_out}"
         )
         return Check("speed", "speed", False, detail)
     floor = _floor_of(ds)
     if floor is not None:
         at, level = float(times_of(ds["speed"])[floor]), float(ds["speed"].values[floor])
-        detail = f"stands at {level:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
-        return Check("speed", "speed", False, f"{detail} What follows is taken as missing")
+        detail = f"stays at {level:.4g} Hz from {at:.5g} s to the end: the lowest speed that its sensor reads?"
+        return Check("speed", "speed", False, f"{detail} These values are taken as missing")
     compared = _over_pulses(ds, marks)
     if compared is not None:
         return _against_the_pulses(ds, machine, marks, compared)
@@ -87,7 +87,7 @@ def speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None) -> Check
 def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, compared: _Ratio) -> Check:
     """Check that the speed signal agrees with the keyphasor throughout, and both with the levitated shaft."""
     if not compared.agree and (wanted := _too_short(ds, machine, compared)) is not None:
-        detail = f"the keyphasor counts {1 / compared.ratio:.3g} of the speed signal: {shorter_than_a_sample(wanted)}"
+        detail = f"it counts {1 / compared.ratio:.3g} times the speed of the speed signal: {shorter_than_a_sample(wanted)}"
         return Check("speed", "keyphasor", False, f"{detail}. The keyphasor is left out")
     if not compared.agree:
         left_out = "".join(refuted(ds, machine))
@@ -95,13 +95,13 @@ def _against_the_pulses(ds: xr.Dataset, machine: Machine, marks: Pulses | None, 
     stated, lines = _signal_at_start(ds), levitated_lines(ds, machine)
     wrong = _miscounted(lines, stated, machine)
     if stated is not None and wrong is not None:
-        detail = _contradicted(stated, wrong, "by signal and keyphasor alike")
+        detail = _contradicted(stated, wrong, " from both speed signal and keyphasor")
         return Check("speed", "speed", False, detail + (_UNUSED_BOTH if wrong.sure else ""))
     late = lag(ds, marks)
     if late is not None:
         detail = (
-            f"keeps up with the keyphasor at first, and reads {percent(late - 1, 2)} more once the rotor slows: it comes"
-            f" late, as from a tachometer that averages{_KEYED}"
+            f"agrees with the keyphasor at first, but reads {percent(late - 1, 2)} more once the rotor slows down: it lags,"
+            f" as from a tachometer that averages{_KEYED}"
         )
         return Check("speed", "speed", False, detail)
     return Check("speed", "speed", True, f"agrees with the keyphasor within {percent(abs(compared.ratio - 1), 2)}")
@@ -117,21 +117,21 @@ def keyphasor_speed_check(ds: xr.Dataset, machine: Machine, marks: Pulses | None
     if lines is None or stated is None:
         return None
     if wrong is not None:
-        detail = _contradicted(stated, wrong, "by the keyphasor") + (_UNUSED if wrong.sure else "")
+        detail = _contradicted(stated, wrong, " from the keyphasor") + (_UNUSED if wrong.sure else "")
         return Check("speed", "keyphasor", False, detail)
     if not lines.bears_out(stated) or lines.is_hum(stated, machine.mains):
         return None
-    return Check("speed", "keyphasor", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
+    return Check("speed", "keyphasor", True, f"{stated:.4g} Hz: the spectrum of the levitated shaft has a line there")
 
 
 def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
     """Return why a speed signal is dead; "" if it may be valid, as a rotor at a set-point also has a constant speed."""
     _, values = known_samples(ds["speed"])
     if not values.size:
-        return f"holds no value: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
+        return f"has no values: check its cable and the logger's channel{_KEYED if _sound(marks) else ''}"
     if marks is None or not _sound(marks):
         still = not values.any()
-        return "holds one value only, nought: check its cable and the logger's channel" if still else ""
+        return "is always zero: check its cable and the logger's channel" if still else ""
     _, hz, sigma = speed(marks)
     few = max(min(hz.size // 4, 10), 1)
     first, last = float(np.median(hz[:few])), float(np.median(hz[-few:]))
@@ -140,7 +140,7 @@ def dead_speed(ds: xr.Dataset, marks: Pulses | None) -> str:
         kept = f"reads {read:.3g} Hz while the keyphasor counts {first:.4g} Hz"
     elif np.ptp(values) == 0 and abs(first - last) > max(_SLOWED * first, 5 * float(np.median(sigma))):
         kept = (
-            f"stands at {values[0]:.4g} Hz while the keyphasor counts {first:.4g} Hz at first and {last:.4g} Hz at last"
+            f"stays at {values[0]:.4g} Hz while the keyphasor counts {first:.4g} Hz at the start and {last:.4g} Hz at the end"
         )
     else:
         return ""
@@ -210,16 +210,16 @@ def _differ(ratio: float, wrong: str, misscaled: bool) -> str:
     # teeth counted as one revolution each are ruled out if the shaft confirms the keyphasor
     signal = _named(ratio, _UNITS | _COUNTS | ({} if wrong == "speed" else _WHEELS))
     if wrong == "keyphasor" or ratio <= 0:
-        judged = ". The levitated shaft bears out the speed signal: the keyphasor is left out" if wrong else ""
+        judged = ". The levitated shaft confirms the speed signal: the keyphasor is left out" if wrong else ""
         return f"{times}{signal and ', '}{signal}: {_CHECK}, and the mark{judged}"
     wrong_by = float(f"{max(ratio, 1 / ratio):.3g}")  # written in full: 1000, not 1e+03
     off = f"{wrong_by:g} times too {'low' if ratio > 1 else 'high'}"
     clock = _named(ratio, _CLOCKS)
-    causes = f"{signal or 'a wrong unit'}, or a sampling rate stated {off}{clock and f' ({clock})'}"
+    causes = f"{signal or 'a wrong unit'}, or a stated sampling rate {off}{clock and f' ({clock})'}"
     judged = (
-        ". A mark once a revolution is not miscounted by so little: the speed signal is left out"
+        ". A once-per-revolution mark cannot be miscounted by so little: the speed signal is left out"
         if misscaled
-        else ". The levitated shaft bears out the keyphasor, by the same clock: the speed signal is left out"
+        else ". The levitated shaft, timed by the same clock, confirms the keyphasor: the speed signal is left out"
         if wrong
         else ""
     )
@@ -243,11 +243,12 @@ def _against_the_shaft(ds: xr.Dataset, machine: Machine) -> Check | None:
     if other is None and not lines.bears_out(stated):
         return None
     if other is None:
-        return Check("speed", "speed", True, f"{stated:.4g} Hz: the levitated shaft draws a line there")
+        return Check("speed", "speed", True, f"{stated:.4g} Hz: the spectrum of the levitated shaft has a line there")
     detail = (
-        f"{stated:.4g} Hz at the start, but the levitated shaft draws no line there, and a strong one at {other:.4g} Hz"
+        f"{stated:.4g} Hz at the start, but the spectrum of the levitated shaft has no line there, and a strong one at"
+        f" {other:.4g} Hz"
     )
-    return Check("speed", "speed", False, f"{detail} ({stated / other:.4g} times): {_CHECK}, and {_CLOCK}{_UNUSED}")
+    return Check("speed", "speed", False, f"{detail} (ratio {stated / other:.4g}): {_CHECK}, and {_CLOCK}{_UNUSED}")
 
 
 def _elsewhere(ds: xr.Dataset, lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
@@ -273,7 +274,7 @@ def _miscounted(lines: LevitatedLines | None, stated: float | None, machine: Mac
 
 
 def _contradicted(stated: float, wrong: Miscounted, by: str) -> str:
-    return f"{stated:.4g} Hz at the start{by and ' '}{by} is {wrong}: {wrong.cause}? Check the mark, and what counts it"
+    return f"the speed{by} at the start, {stated:.4g} Hz, is {wrong}: {wrong.cause}? Check the mark and the counter"
 
 
 def _unit_factor(lines: LevitatedLines, stated: float, mains_hz: float) -> float | None:
@@ -330,7 +331,7 @@ def _too_short(ds: xr.Dataset, machine: Machine, compared: _Ratio) -> float | No
 def shorter_than_a_sample(wanted: float) -> str:
     """Return the message that pulses are missed at a low sampling rate, with the rate needed for two samples each, Hz."""
     return (
-        "its pulses are shorter than a sample, so that many fall between two: record the keyphasor at"
+        "its pulses are shorter than a sampling interval, so many fall between two samples: record the keyphasor at"
         f" {wanted / 1e3:.2g} kHz or more, or make the mark wider"
     )
 
@@ -394,8 +395,8 @@ def require_one_speed(ds: xr.Dataset, machine: Machine, name: str) -> None:
     if compared is not None and not compared.agree:
         raise InputError(
             f"{name}: the speed signal reads {compared.ratio:.4g} times the keyphasor's speed, and the levitated shaft does"
-            " not tell which is right: correct unit or sensitivity of the speed signal, or the sampling rate, or take the"
-            " wrong one of the two out of the machine file"
+            " not show which is right: correct unit or sensitivity of the speed signal, or the sampling rate, or remove the"
+            " wrong one of the two from the machine file"
         )
 
 

@@ -46,7 +46,7 @@ def check_speed_spikes(ds: xr.Dataset) -> list[Check]:
         return []
     usual = float(np.max(np.abs(values[np.isfinite(values) & ~found])))
     detail = (
-        f"{counted(int(found.sum()), 'value')} of up to {float(np.max(np.abs(values[found]))):.4g} Hz beside {usual:.4g} Hz at"
-        " most: spikes, taken as missing; check the cable's screen"
+        f"{counted(int(found.sum()), 'value')} of up to {float(np.max(np.abs(values[found]))):.4g} Hz, all others at most"
+        f" {usual:.4g} Hz: spikes, taken as missing; check the cable's screen"
     )
     return [Check("spikes", "speed", False, detail)]

@@ -19,8 +19,8 @@ def with_suspect_gap(found: list[Check], ds: xr.Dataset, machine: Machine) -> li
     ends = [end for end in machine.ends if _alike(end, failed, ds, machine)]
     who = "all probes of both ends" if len(ends) == len(machine.ends) else "all probes of {}"
     about = {
-        probe.name: f", or, as {who.format(end)} depart alike, radial_gap of {end} in the machine file,"
-        f" {um(machine.bearing(end).radial_gap.nominal)}"
+        probe.name: f", or radial_gap of {end} in the machine file, {um(machine.bearing(end).radial_gap.nominal)},"
+        f" since {who.format(end)} deviate by a similar factor"
         for end in ends
         for probe in machine.probes_at(end)
     }

@@ -37,8 +37,8 @@ def until_taken_up(ds: xr.Dataset, machine: Machine) -> tuple[xr.Dataset, list[C
         return ds, []
     since, until = lifted
     detail = (
-        f"the shaft lay on its touchdown bearings and is lifted from about {since:.4g} s on: the magnetic bearings took the rotor"
-        f" up again. What follows is left out; cut the record at {since:.4g} s"
+        f"after the drop the shaft is lifted off its touchdown bearings from about {since:.4g} s on: the magnetic bearings"
+        f" levitate the rotor again. Later samples are left out; cut the record at {since:.4g} s"
     )
     kept = {dim: slice(None, int(np.searchsorted(ds[dim].to_numpy(), since))) for dim in ds.dims}
     return ds.isel(kept).assign_attrs(lifted_s=since, hovers_s=until), [Check("lifted again", "", False, detail)]

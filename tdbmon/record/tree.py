@@ -67,8 +67,8 @@ def channels_of(root: Branch, path: Path) -> tuple[Channel, ...]:
     if not found and timeless:
         shown = ", ".join(f"'{channel.name}'" for channel in timeless[:10])
         raise InputError(
-            f"{path}: nothing tells when the samples of {shown} were taken; name the time 'time', or give it its unit"
-            " ('[s]'), or add an entry 'dt' in s or 'fs' in Hz"
+            f"{path}: the sampling times of {shown} are not given; name the time 'time', or give it its unit ('[s]'),"
+            " or add an entry 'dt' in s or 'fs' in Hz"
         )
     return named_apart(found + timeless)
 
@@ -152,15 +152,15 @@ def _fault(size: int, times: list[np.ndarray], longest: int) -> str:
     if times:
         nearest = min((time.size for time in times), key=lambda each: abs(each - size))
         return (
-            f"its {size} samples do not go with the {nearest} times beside it, and nothing tells which belong together:"
-            " export it again with one value a time"
+            f"it has {size} samples, but the time vector beside it has {nearest}, so the two cannot be matched:"
+            " export it again with one value per time"
         )
     if longest:
         return (
-            f"it has {size} samples where others have {longest}, and nothing tells when they were taken: export it again, or"
+            f"it has {size} samples, but others have {longest}, so its sampling times are unknown: export it again, or"
             " give it a 'dt' or 'fs' of its own"
         )
-    return "nothing tells when its samples were taken"
+    return "its sampling times are not given"
 
 
 def _columns(leaf: Leaf, entries: Mapping[str, Any]) -> list[Leaf]:

@@ -341,5 +341,5 @@ def test_effects_of_the_machine_file_are_said_to_be_in_the_simulation_alone():
     bare, carrying = analysed("short/drop_100"), analyse(recorded("short/drop_100"), carried)
     (row,) = [each for each in carrying.checks if each not in bare.checks]
     assert row.passed
-    assert row.detail.startswith("oval_clearance at NDE: the simulation has it")
+    assert row.detail.startswith("oval_clearance at NDE: the simulation includes it")
     assert carrying.ends["NDE"].gap.radius == bare.ends["NDE"].gap.radius

@@ -133,7 +133,7 @@ def test_a_record_that_ends_in_the_fall_says_so_and_sends_to_no_fit(drop, machin
     """The shaft falls through 250 um in 7 ms."""
     found = analyse(drop.sel(time=slice(0, RELEASE_S + after_ms * 1e-3)), machine)
     for end in found.ends.values():
-        assert "while the shaft still falls" in end.unsettled and "lifts off" not in end.unsettled
+        assert "while the shaft is still falling" in end.unsettled and "lifts off" not in end.unsettled
     assert not found.forces_tell_contacts
 
 

@@ -83,7 +83,7 @@ def test_a_probe_that_fails_for_good_says_where_to_cut_the_record(record: xr.Dat
     failing = record.copy()
     failing["NDE_B"] = record["NDE_B"].where(record.time < 0.2)
     why = analyse(failing, machine).ends["NDE"].air_gap.why
-    cure = "NDE_B has no value in 60 % of the samples (limit 50 %), none from 0.2 s on: cut the record at 0.2 s"
+    cure = "NDE_B has no value in 60 % of the samples (limit 50 %) and none from 0.2 s on: cut the record at 0.2 s"
     assert cure in why
     remarks = measured_drop(failing, machine).remarks
     assert any(cure.removeprefix("NDE_B ") in remark and "without probe 'NDE_B'" in remark for remark in remarks)

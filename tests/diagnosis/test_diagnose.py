@@ -122,7 +122,7 @@ def test_a_record_of_another_machine_is_no_case_for_the_catalogue():
     other = own.model_copy(update={"name": "Blower 7"})
     assert measured_drop(record, own).foreign == ""
     found = _mistake([measured_drop(record, other)], None)  # told before anything is simulated
-    assert found.why.startswith("drop_100.nc: the record says that it is of") and "Blower 7" in found.why
+    assert found.why.startswith("drop_100.nc: the record names machine") and "Blower 7" in found.why
     assert "put that right" in found.next_test
 
 

@@ -130,7 +130,7 @@ def test_verify_finds_a_flipped_bit(empty, tmp_path, where):
     file.write_bytes(content)
     (fault,) = wrong(empty)
     assert file.name in fault
-    assert "is not what was filed" in fault
+    assert "differs from the filed version" in fault
 
 
 @pytest.mark.parametrize("where", ["raw", "results", "machines"])
@@ -150,7 +150,7 @@ def test_a_catalogue_that_disagrees_is_found_and_rebuilt_from_the_files(empty, t
         base.execute("UPDATE feature_values SET value = value * 1.001 WHERE name = 'gap_um' AND end = 'DE'")
     base.close()
     assert len(wrong(empty)) == 3
-    assert all("disagrees in gap_um DE" in fault for fault in wrong(empty))
+    assert all("differs in gap_um DE" in fault for fault in wrong(empty))
     assert rebuild(empty) == []
     assert verify(empty) == []
     assert [replace(entry, result=0) for entry in empty.entries()] == [replace(entry, result=0) for entry in entries]
@@ -190,7 +190,7 @@ def test_a_drop_whose_raw_file_is_lost_stays_where_the_catalogue_is_made_anew(em
     again = open_archive(empty.folder)
     assert [replace(entry, result=0) for entry in again.entries()] == [replace(entry, result=0) for entry in before]
     (fault,) = wrong(again)
-    assert fault == f"{before[1].raw}: missing; put the record drop_1.nc back by adding it again"
+    assert fault == f"{before[1].raw}: missing; restore the record drop_1.nc by adding it again"
     raw, machine = files(tmp_path, 1)
     assert again.add(made[1], raw, machine) == "analysed again"
     assert verify(again) == []
@@ -243,7 +243,7 @@ def test_a_drop_that_is_filed_while_the_catalogue_is_made_anew_is_in_it(empty, t
             refused.append(str(error))
 
     assert rebuild(empty, file_one_more) == []
-    assert all("another program holds it" in each for each in refused)
+    assert all("another program is using it" in each for each in refused)
     assert len(empty.entries()) == (2 if refused else 3)
     assert verify(empty) == []
 
@@ -299,7 +299,7 @@ def test_a_full_database_is_told_and_nothing_filed(empty, tmp_path, monkeypatch)
     raw, machine = files(tmp_path, 7)
     with monkeypatch.context() as patched:
         patched.setattr(sqlite3, "connect", small)
-        with pytest.raises(InputError, match=r"full.*free some room"):
+        with pytest.raises(InputError, match=r"full.*free some space"):
             for seed in range(7, 40):  # until the free pages are used up
                 raw, machine = files(tmp_path, seed)
                 empty.add(filing(raw, machine, seed=seed), raw, machine)
@@ -357,13 +357,13 @@ def test_a_folder_with_other_things_is_no_archive(tmp_path):
             'format = 1\n[inspect]\nstress = "4200 N"\n[machine."a".life]\nagreed_drops = 3\n',
             "archive.toml: inspect.stress",
         ),
-        ('format = 1\n[machine]\n"a" = 5\n', 'machine."a" = 5 is no table; write [machine."a".life]'),
-        ('format = 1\n[machine."a"]\nlife = 5\n', 'machine."a".life = 5 is no table'),
+        ('format = 1\n[machine]\n"a" = 5\n', 'machine."a" = 5 is not a table; write [machine."a".life]'),
+        ('format = 1\n[machine."a"]\nlife = 5\n', 'machine."a".life = 5 is not a table'),
         (
             'format = 1\ncompare = 5\n[machine."a".compare]\nleast_drops = 3\n',
-            "compare = 5 is no table; write [compare]",
+            "compare = 5 is not a table; write [compare]",
         ),
-        ("format = 1\nmachine = 5\n", "machine = 5 is no table"),
+        ("format = 1\nmachine = 5\n", "machine = 5 is not a table"),
         (
             "format = 1\n[inspect]\ngap_growth = 20\n",
             "inspect.gap_growth = 20.0: Input should be less than or equal to 1",
@@ -371,7 +371,7 @@ def test_a_folder_with_other_things_is_no_archive(tmp_path):
         ("format = 1\n[matching]\nspeed = '5 um'\n", "matching.speed = '5 um': 'um' is not a unit"),
         ("format = 2\n", "newer tdbmon"),
         ("formt = 1\n", "'format' is missing"),
-        ("format = ", "no TOML"),
+        ("format = ", "not valid TOML"),
     ],
 )
 def test_settings_that_cannot_be_used_are_told(empty, text, says):

@@ -166,7 +166,7 @@ def test_whoever_takes_a_drop_without_a_time_out_is_told_to_state_one(empty, tmp
     record = undated(tmp_path / "many", 1)
     list(add_all(empty, orders(record)))
     (outcome,) = add_all(empty, [replace(orders(record)[0], assembly="rebuilt")])
-    assert "with --dropped TIME, which puts it in its place" in outcome.why
+    assert "with --dropped TIME, which sets its position" in outcome.why
 
 
 @pytest.mark.parametrize("place", ["raw", "results"])

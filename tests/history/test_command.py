@@ -116,7 +116,7 @@ def test_a_drop_with_forces_that_is_analysed_again_keeps_them(capsys, tmp_path, 
     mended.write_text(Path(MACHINE).read_text() + "# mended\n")
     assert run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)[::2] == (0, "")
     code, out, err = run(capsys, "archive", "add", "--archive", folder, mended, record)
-    assert "filed already, and passed over: analysed 1 drop with another machine file; give --again" in out
+    assert "already filed, so not analysed again: analysed 1 drop with another machine file; use --again" in out
     assert (code, err, quick) == (0, "", [True])
     code, out, err = run(capsys, "archive", "add", "--again", "--archive", folder, mended, record)
     assert (code, "analysed again" in out, err) == (0, True, "")
@@ -149,7 +149,7 @@ def test_forces_that_no_longer_count_since_they_were_left_out_are_told_with_the_
     run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)
     code, _, err = run(capsys, "archive", "add", "--again", "--archive", folder, "--no-forces", mended, record)
     assert code == 0
-    assert f"drop_1.nc: its result with forces, by tdbmon {__version__}, is kept but no longer counts" in err
+    assert f"drop_1.nc: its result with forces, by tdbmon {__version__}, is kept but no longer used" in err
     assert f"tdbmon archive add --again --archive {folder} --forces {mended} {record}" in err
     # who leaves them out has them left out
     assert "already filed" in run(capsys, "archive", "add", "--archive", folder, mended, record)[1]
@@ -169,7 +169,7 @@ def test_forces_are_added_to_a_drop_that_lacks_them_unless_the_machine_file_is_a
     machine.write_text(Path(MACHINE).read_text())
     mended.write_text(Path(MACHINE).read_text() + "# mended\n")
     run(capsys, "archive", "add", "--archive", folder, machine, record)
-    assert "passed over" in run(capsys, "archive", "add", "--archive", folder, "--forces", mended, record)[1]
+    assert "not analysed again" in run(capsys, "archive", "add", "--archive", folder, "--forces", mended, record)[1]
     assert "analysed again" in run(capsys, "archive", "add", "--archive", folder, "--forces", machine, record)[1]
     assert [bool(forces) for forces in quick] == [False, True]
 
@@ -197,7 +197,7 @@ def test_the_json_of_an_add_says_of_each_record_what_is_wrong_with_it(capsys, tm
     assert (lacking["failed_checks"], lacking["reference"], lacking["counted"]) == (["present speed"], True, True)
     assert undated["remarks"][1] == "made up"  # the detail of the check, which quotes the date
     assert any(
-        "states no time of the drop that can be read: it counts as earlier" in each for each in undated["remarks"]
+        "states no readable time of the drop: it counts as earlier" in each for each in undated["remarks"]
     )
     assert (sound["failed_checks"], sound["reference"], sound["remark"]) == ([], True, "")
     for row in rows:
@@ -215,7 +215,7 @@ def test_an_ambiguous_date_is_quoted_where_the_record_is_filed(capsys, tmp_path)
     assert (
         "a.nc: the file states '03/04/2020 06:12:33' as its date, which may be 2020-04-03T06:12:33 or 2020-03-04" in err
     )
-    assert "it counts as earlier than all drops that state one" in err
+    assert "it counts as earlier than all drops with a time" in err
     stated = ["--dropped", "2020-03-04T06:12:33", MACHINE, tmp_path / "a.nc"]
     assert run(capsys, "archive", "add", "--archive", tmp_path / "b", *stated)[2] == ""
 
@@ -260,7 +260,7 @@ def test_a_filed_drop_is_found_by_its_records_name(capsys, years, empty, tmp_pat
     raw = raw.rename(tmp_path / "drop_0.nc")
     other = filing(raw, machine, name="another", seed=7)
     empty.add(other, raw, machine)
-    with pytest.raises(InputError, match="2 drops have the record 'drop_0.nc'") as caught:
+    with pytest.raises(InputError, match="2 drops have a record named 'drop_0.nc'") as caught:
         empty.entry("drop_0.nc")
     assert f"{first} of made up" in str(caught.value)
     assert f"{other.drop} of another" in str(caught.value)
@@ -291,7 +291,7 @@ def test_the_times_of_the_table_are_of_one_format_beside_their_order(empty, tmp_
         (["archive", "add", "--archive", "new", MACHINE, "a.nc", "--dropped", "yesterday"], "--dropped 'yesterday'"),
         (["archive", "add", "--archive", "new", MACHINE, "a.nc", "b.nc", "--dropped", "2020-01-01"], "one by one"),
         (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "no drop 'ffffffffffff'"),
-        (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "shows those that are filed"),
+        (["archive", "show", "--archive", "ARCHIVE", "ffffffffffff"], "lists the filed drops"),
         (["archive", "show", "--archive", "ARCHIVE", "drop_1.nc"], "did you mean 'drop_"),
         (["archive", "remove", "--archive", "ARCHIVE", ""], "no drop ''"),
         (["archive", "export", "--archive", "ARCHIVE", "--out", "f.xlsx"], ".csv or .parquet"),
@@ -303,7 +303,7 @@ def test_the_times_of_the_table_are_of_one_format_beside_their_order(empty, tmp_
         (["compare", "--archive", "ARCHIVE", "--machine", "nowhere.toml"], "nowhere.toml"),
         (
             ["compare", "--archive", "ARCHIVE", "--machine", OTHER],
-            "and drop 1e9d536f2c65 (drop_10.nc) is filed as one of",
+            "but drop 1e9d536f2c65 (drop_10.nc) is filed under machine",
         ),
         (
             ["compare", "--archive", "ARCHIVE", "0810", "--forces"],
@@ -370,7 +370,7 @@ def test_a_machine_whose_name_is_written_otherwise_is_told(capsys, tmp_path):
     code, _, err = run(capsys, "archive", "add", "--archive", tmp_path / "a", other, YEARS / "drop_02.nc")
     assert code == 0
     assert (
-        "machine 'compressor rotor  with two wheels': drops of 'Compressor rotor with two wheels' are filed too" in err
+        "machine 'compressor rotor  with two wheels': drops of 'Compressor rotor with two wheels' are also filed" in err
     )
 
 
@@ -382,4 +382,4 @@ def test_a_drop_without_its_raw_file_is_told_with_the_cure(capsys, years, tmp_pa
         capsys, "archive", "report", "--archive", folder, "--drop", "0810", "--report", tmp_path / "d.html"
     )
     assert code == 2
-    assert "is missing; put it back by adding drop_01.nc again" in err
+    assert "is missing; restore it by adding drop_01.nc again" in err

@@ -69,7 +69,7 @@ def test_settings_of_a_name_that_no_drop_bears_are_told(empty, tmp_path):
     for name, told in (("Made up", True), ("made up", False)):
         (empty.folder / "archive.toml").write_text(f'format = 1\n[machine."{name}".life]\nagreed_drops = 4\n')
         comparison, verdict = judged(empty, drop)
-        assert any("settings for a machine 'Made up'" in reason for reason in verdict.reasons) == told
+        assert any("settings for machine 'Made up'" in reason for reason in verdict.reasons) == told
         assert comparison.life.agreed == (None if told else 4)
 
 
@@ -90,7 +90,7 @@ def test_damage_says_where_the_sum_does_not_hold(empty, tmp_path):
         drop = add(empty, tmp_path, i, dropped=f"2020-01-{i + 1:02d}", stress=stress)
         damage = compare(empty, filed_drop(empty, drop)).life.damage
         assert damage.value is not None
-        told = f"in 1 of {i + 1} drops balls came above 4200 MPa: they may be indented, and there the sum does not hold"
+        told = f"in 1 of {i + 1} drops balls came above 4200 MPa: they may be indented, and the sum is not valid there"
         assert damage.why == (told if i else "")
 
 
@@ -139,7 +139,7 @@ def test_drops_filed_before_cycles_were_counted_keep_the_old_measure_until_they_
     drop = add(empty, tmp_path, 1, dropped="2020-01-02", stress=2e9, fatigue=50.0)
     life = compare(empty, filed_drop(empty, drop)).life
     assert life.damage.value == pytest.approx(2.0)  # two drops of one stress
-    assert "one cycle a drop" in life.damage.method
+    assert "one cycle per drop" in life.damage.method
     assert "1 of 2 drops" in life.damage.why
     raw, machine = files(tmp_path, 0)
     again = filing(raw, machine, seed=0, dropped="2020-01-01", stress=2e9, fatigue=10.0)

@@ -61,12 +61,12 @@ def test_drops_whose_probes_did_not_see_the_machine_are_not_compared_with(empty,
     comparison, verdict = judged(empty, sound)
     assert [entry.id for entry in comparison.matched] == before
     assert verdict.word == "as before"
-    assert any("not compared with" in reason and "fall NDE, whirl NDE)" in reason for reason in verdict.reasons)
+    assert any("not used for comparison" in reason and "fall NDE, whirl NDE)" in reason for reason in verdict.reasons)
     for i, each in enumerate((wrong, ("probe scales DE",), ("cabling NDE_A, DE_A",))):
         doubted = add(empty, tmp_path, 22 + i, dropped=f"2020-02-{i + 2:02d}", failed_checks=each)
         verdict = judged(empty, doubted)[1]
         assert verdict.word == "inspect"
-        assert "what differs may be theirs" in verdict.reasons[0]
+        assert "the differences may come from the probes" in verdict.reasons[0]
 
 
 def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
@@ -79,13 +79,13 @@ def test_clocks_that_go_backwards_or_ahead_are_told(empty, tmp_path):
     timeless = add(empty, tmp_path, 11)
     entries = {entry.id: entry for entry in empty.entries()}
     said = {drop: clock_remarks(entry, list(entries.values())) for drop, entry in entries.items()}
-    assert "the recorder's clock went back" in said[back.drop][0]
-    assert "lies after its filing" in said[ahead][0]
-    assert "states no time" in said[timeless][0]
+    assert "the recorder's clock was set back" in said[back.drop][0]
+    assert "is after its filing" in said[ahead][0]
+    assert "states no readable time" in said[timeless][0]
     assert sum(bool(remarks) for remarks in said.values()) == 3
     assert odd_clocks(list(entries.values())) == {back.drop, ahead}
     _, verdict = judged(empty, back.drop)
-    assert any("went back" in reason for reason in verdict.reasons)
+    assert any("was set back" in reason for reason in verdict.reasons)
 
 
 def test_a_drop_without_a_time_is_never_the_latest_of_its_machine(empty, tmp_path):
@@ -101,7 +101,7 @@ def test_a_drop_without_a_time_is_never_the_latest_of_its_machine(empty, tmp_pat
     )
     assert (member.undated, member.latest.comparison.entry.dropped) == (2, "2020-01-06")
     found, _ = judged(empty, old[0])
-    assert any("counts as earlier than all drops that state one" in each for each in found.remarks)
+    assert any("counts as earlier than all drops with a time" in each for each in found.remarks)
 
 
 def test_a_record_without_a_time_that_is_not_filed_is_compared_with_all_that_are(empty, tmp_path):
@@ -110,7 +110,7 @@ def test_a_record_without_a_time_that_is_not_filed_is_compared_with_all_that_are
     raw, machine = files(tmp_path, 20)
     found = compare(empty, as_drop(filing(raw, machine, seed=20)))
     assert len(found.matched) == 4
-    assert any("counts as of now" in each for each in found.remarks)
+    assert any("counts as dropped now" in each for each in found.remarks)
 
 
 def made_entry(number: int, moment: float, filed: float, stated: bool) -> Entry:
@@ -159,7 +159,7 @@ def test_a_word_for_the_assembly_that_is_left_out_after_an_overhaul_is_told(empt
     add(empty, tmp_path, 10, dropped="2020-02-01", assembly="rebuilt")
     _, verdict = judged(empty, add(empty, tmp_path, 11, dropped="2020-02-02"))
     assert any(
-        "no assembly is stated of this drop, and 'rebuilt' of drops before it" in each for each in verdict.reasons
+        "no assembly is stated for this drop, but 'rebuilt' for drops before it" in each for each in verdict.reasons
     )
     for drop in (empty.entries()[5].id, empty.entries()[6].id):
         assert not any("no assembly is stated" in each for each in judged(empty, drop)[1].reasons)
@@ -201,7 +201,7 @@ def test_a_drop_of_unknown_speed_is_told_why_nothing_matches(empty, tmp_path):
     comparison, verdict = judged(empty, made.drop)
     assert comparison.matched == ()
     # the cure was a speed signal that may be sound: the start of the record may be missing
-    assert any(f"not known ({why}), so that none of the 6 drops before with a" in reason for reason in verdict.reasons)
+    assert any(f"not known ({why}), so it is compared with none of the 6 drops before" in reason for reason in verdict.reasons)
     assert not any("with a speed" in reason for reason in judged(empty, empty.entries()[-2].id)[1].reasons)
 
 

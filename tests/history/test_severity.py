@@ -149,4 +149,4 @@ def test_of_a_shaft_that_stands_there_is_none():
     for speed in (0.0, 0.015):
         of_it = severity(still, "NDE", RELEASE, known(speed, "Hz", 0.002), known(CLEARANCE, "um"))
         assert not of_it.peak.known
-        assert "stands at the release" in of_it.rms.why
+        assert "standstill at the release" in of_it.rms.why

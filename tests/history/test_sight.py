@@ -67,7 +67,7 @@ def test_an_end_that_shows_its_whirl_alone_is_not_as_before_and_clears_no_alarm_
     assert known == {"whirl_backward_s", "whirl_full_s"}
     assert own.comparison.flagged == ()
     assert own.verdict.word == "inspect"
-    assert "does not show NDE, which 10 drops before do: missing are radius at rest, fall" in own.verdict.reasons[0]
+    assert "does not show NDE, but 10 drops before do: missing are radius at rest, fall" in own.verdict.reasons[0]
     nde, de = sights(own.comparison)
     assert (nde.lost, nde.enough, de.lost, de.enough) == (True, False, False, True)
     stand = {each.comparison.entry.raw_name for each in standing_beside(years, own)}
@@ -116,10 +116,10 @@ def test_drops_that_tell_nothing_of_an_end_do_not_count_for_it(empty, tmp_path, 
     assert verdict.word == ("as before" if shown == 5 else "too few drops")
     assert comparison_json(Judged(found))["ends"]["NDE"]["drops"] == shown
     if shown < 5:
-        assert verdict.reasons[0].startswith("NDE: ") and f"than {shown} drops before" in verdict.reasons[0]
+        assert verdict.reasons[0].startswith("NDE: ") and f"at most {shown} drops before" in verdict.reasons[0]
     else:
         assert any(
-            each.startswith("NDE: against 5 drops before, growth of the radius from") for each in verdict.reasons
+            each.startswith("NDE: compared with 5 drops before; growth of the radius by") for each in verdict.reasons
         )
 
 
@@ -135,7 +135,7 @@ def test_growth_that_would_not_have_been_seen_is_not_as_before(years, tmp_path):
     verdict = judged(strict, seventh)[1]
     assert verdict.word == "too few drops"
     for end, growth in seen.items():
-        said = f"{end}: growth of the radius by 1 % would not have been seen, only from {ceil(100 * growth)} % on"
+        said = f"{end}: growth of the radius by 1 % would not have been detected, only by {ceil(100 * growth)} % or more"
         assert any(each.startswith(said) for each in verdict.reasons)
 
 
@@ -198,6 +198,6 @@ def test_a_fit_that_is_lost_is_a_reason_to_look(empty, tmp_path):
         empty.add(replace(made, features=tuple(lost)), raw, machine)
         verdict = judged(empty, made.drop)[1]
         assert verdict.word == word
-    assert "the fitted model tells no forces at " in verdict.reasons[0]
-    assert "though it did of 5 drops before" in verdict.reasons[0]
+    assert "the fitted model gives no forces at " in verdict.reasons[0]
+    assert "but did for 5 drops before" in verdict.reasons[0]
     assert "off by 16 % of the gap" in verdict.reasons[0]

@@ -82,7 +82,7 @@ def test_what_would_have_been_seen_is_judged_about_the_slope(empty, tmp_path, st
         assert verdict.word == "as before"
         assert any("Radius at rest, NDE: " in each and "from drop to drop" in each for each in verdict.reasons)
         assert sight(comparison, "NDE").growth < 0.1
-        assert any(each.startswith("NDE: against the slope of ") for each in verdict.reasons)
+        assert any(each.startswith("NDE: compared with the slope of ") for each in verdict.reasons)
     gap = next(c for c in comparison.changes if c.key == ("gap_um", "NDE"))
     assert gap.difference.before.slope == pytest.approx(step * 250e-6, rel=0.15)
     assert gap.level == pytest.approx(250e-6, rel=0.02)
@@ -129,7 +129,8 @@ def test_a_step_that_no_drop_shows_alone_is_told_as_one_and_as_no_rate_a_drop(em
     assert gap.trend.step.index == 14
     assert gap.trend.grown == pytest.approx(0.03, abs=0.01)
     (said,) = (reason for reason in verdict.reasons if "Radius at rest, NDE" in reason)
-    assert re.search(r"NDE: higher by [5-9]\.\d µm from drop_14\.nc on, as their order over 28 drops ", said)
+    step = r"NDE: higher by [5-9]\.\d µm from drop_14\.nc on, a step shown by the order of the values over 28 drops "
+    assert re.search(step, said)
     assert "from drop to drop" not in said
 
 

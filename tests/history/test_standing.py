@@ -273,7 +273,7 @@ def test_a_fleet_fails_on_the_alarm_of_any_machine(worn, tmp_path, capsys):
 @pytest.mark.parametrize(
     ("asked", "says"),
     [
-        (["--fail-on", "anything"], "--fail-on 'anything': is not known; write --fail-on alarm"),
+        (["--fail-on", "anything"], "--fail-on 'anything': is unknown; write --fail-on alarm"),
         (["--drop", "drop_6.nc", "--fail-on", "alarm"], "--drop reports one record"),
         ([], "no --report file is named"),
     ],

@@ -142,7 +142,7 @@ def test_a_change_of_the_rebound_may_come_from_the_other_end(years, empty, tmp_p
     _, verdict = judged(empty, add(empty, tmp_path, 50, dropped="2021-01-01", values=values))
     (said,) = [reason for reason in verdict.reasons if reason.startswith("Rebound")]
     assert said.endswith(
-        "damping of bearing and support; or the other end, NDE, whose impact feeds it or takes from it"
+        "damping of bearing and support; or the other end, NDE, whose impact adds or removes energy"
     )
     (said,) = [reason for reason in verdict.reasons if reason.startswith("Single-mass")]
     assert "the other end" not in said
@@ -154,7 +154,7 @@ def test_a_probe_is_among_the_causes_of_what_a_probe_moves(empty, tmp_path):
     values = {("gap_centre_x_um", "DE"): 1.3, ("probe_ratio", "DE"): 1.3}
     _, verdict = judged(empty, add(empty, tmp_path, 50, dropped="2021-01-01", values=values))
     (said,) = [reason for reason in verdict.reasons if reason.startswith("Clearance centre x, DE")]
-    assert "moved sideways, sensitivity of a probe; or a probe of the other end, NDE, where the line" in said
+    assert "moved sideways, sensitivity of a probe; or a probe of the other end, NDE, since the centre" in said
     (said,) = [reason for reason in verdict.reasons if "Free fall by one probe over the other's" in reason]
     assert said.endswith("sensitivity or angle of a probe, or a channel that is late")
 
@@ -208,13 +208,13 @@ def test_a_drop_that_tells_little_of_what_those_before_told_is_not_as_before(yea
     blind = without(0.8)
     assert blind.word == "inspect"
     assert blind.alarm
-    assert "tells only" in blind.reasons[0]
-    assert "2 checks: dead NDE_A, dead DE_B: see to the probes" in blind.reasons[0]
+    assert "shows only" in blind.reasons[0]
+    assert "2 checks: dead NDE_A, dead DE_B: check the probes" in blind.reasons[0]
     held = without(0.8, ("held DE",)).reasons[0]  # sound probes see it
     assert "the magnetic bearing held DE" in held
     assert "see to" not in held and "no check" not in held
     sound = without(0.8, ()).reasons[0]  # the arc is too short, say: no fault of the probes
-    assert "no check of its record failed, most is missing since a probe is dead" in sound
+    assert "no check of its record failed; the reason for most missing quantities: a probe is dead" in sound
     assert "see to" not in sound
 
 
@@ -226,8 +226,8 @@ def test_an_end_that_is_not_seen_is_not_as_before(years, tmp_path):
     drop = as_drop(study_record(record, machine, "0" * 64))
     verdict = verdict_of(compare(years, drop))
     assert verdict.word == "inspect"
-    assert "does not show DE, which 7 drops before do: missing are radius at rest, fall" in verdict.reasons[0]
-    assert "present DE_A, present DE_B: see to the probes" in verdict.reasons[0]
+    assert "does not show DE, but 7 drops before do: missing are radius at rest, fall" in verdict.reasons[0]
+    assert "present DE_A, present DE_B: check the probes" in verdict.reasons[0]
 
 
 def test_what_fewer_than_three_drops_have_is_not_as_before(empty, tmp_path):
@@ -246,14 +246,14 @@ def test_what_fewer_than_three_drops_have_is_not_as_before(empty, tmp_path):
     assert len(comparison.matched) == 6
     assert verdict.word == "as before"
     assert verdict.reasons[0].startswith("none of 2 quantities differs from the 6 matching drops before")
-    assert f"; nothing is told by {comparison.tested - 2} more, of which fewer than 3 of these" in verdict.reasons[0]
+    assert f"; not judged: {comparison.tested - 2} more, for which fewer than 3 of these" in verdict.reasons[0]
     for i in range(7):
         raw, machine = files(tmp_path, i)
         made = filing(raw, machine, seed=i, dropped=f"2020-01-{i + 1:02d}")
         empty.add(replace(made, features=made.features if i >= 4 else made.features[:1]), raw, machine)
     verdict = judged(empty, empty.entries()[-1].id)[1]
     assert verdict.word == "too few drops"
-    assert "no quantity is known of this drop and of 3 drops before" in verdict.reasons[0]
+    assert "no quantity is known for this drop and for 3 drops before" in verdict.reasons[0]
 
 
 @pytest.mark.parametrize(

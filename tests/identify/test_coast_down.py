@@ -172,7 +172,7 @@ def test_a_speed_error_beyond_the_usual_stays_within_its_panel(long_drop):
 
 @pytest.mark.parametrize("taken_off", [False, True])
 def test_the_figure_says_whether_slow_roll_was_taken_off(whole, long_drop, taken_off):
-    measured = replace(whole.measured, checks=[Check("slow roll", "", True, "taken off all readings")] * taken_off)
+    measured = replace(whole.measured, checks=[Check("slow roll", "", True, "subtracted from all readings")] * taken_off)
     made = section.section(replace(whole, measured=measured), natural_frequencies(long_drop[1]), 0.014)
     figure = next(b for b in made.blocks if isinstance(b, Figure) and b.name == "coast-down")
     words = " ".join(text.get_text() for text in rendered(figure.draw()).findobj(Text))

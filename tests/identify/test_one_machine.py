@@ -100,7 +100,7 @@ def test_drops_that_name_two_machines_are_refused_with_those_that_may_stay():
     for k, name in enumerate(("Blower 7", machine().name, "Blower 8")):
         three[k].attrs["machine"] = name
     with pytest.raises(
-        InputError, match=r"drop_70.nc: the record says .* 'Blower 7'.*; so is drop_130.nc; leave them out"
+        InputError, match=r"drop_70.nc: the record names machine 'Blower 7'.*; so is drop_130.nc; leave them out"
     ) as one:
         measured_drops(three, machine())
     assert str(one.value).endswith("to use the other record")
@@ -112,5 +112,5 @@ def test_reference_drops_that_name_another_machine_are_refused():
     """They were diagnosed first, and nothing was compared."""
     earlier, later = records(OWN, OWN)
     earlier.attrs["machine"] = "Blower 7"
-    with pytest.raises(InputError, match="drop_70.nc: the record says that it is of 'Blower 7'"):
+    with pytest.raises(InputError, match="drop_70.nc: the record names machine 'Blower 7'"):
         diagnose_since(machine(), [earlier], [later], silent)

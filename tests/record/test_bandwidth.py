@@ -39,7 +39,7 @@ def test_a_low_pass_is_told(name, order, corner_hz):
 
     (row,) = check_bandwidth(changed(record, low_pass), machine)
     assert not row.passed
-    assert "4 of 4 displacement channels" in row.detail and "release and contacts late" in row.detail
+    assert "4 of 4 displacement channels" in row.detail and "It delays release and contacts" in row.detail
 
 
 @pytest.mark.parametrize("name", RECORDS)

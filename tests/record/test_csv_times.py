@@ -53,7 +53,7 @@ def test_stamps_that_repeat_give_way_to_the_stated_rate(tmp_path: Path) -> None:
 
 
 def test_a_rate_that_stamps_contradict_is_not_taken(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="last 0.099 s where 2000 samples at the stated 10000 Hz last 0.1999 s"):
+    with pytest.raises(InputError, match="span 0.099 s, but 2000 samples at the stated 10000 Hz span 0.1999 s"):
         read_table(tmp_path, _stamped(20e3, 10e3))
     with pytest.raises(InputError, match="or state the true rate in the file"):
         read_table(tmp_path, _stamped(20e3, 20e3).partition("\n")[2])

@@ -91,7 +91,7 @@ def test_what_is_in_the_form_of_a_record_stays(laid, machine):
         ),
         (
             lambda ds: ds.assign(DE_A=ds.DE_A.assign_attrs(units="rpm")),
-            "is a speed or frequency (rpm), where a displacement",
+            "is a speed or frequency (rpm), but a displacement",
         ),
         (lambda ds: ds.assign(DE_A=ds.DE_A.assign_attrs(units="um pp")), "give the unit alone: 'um'"),
     ],

@@ -70,7 +70,7 @@ def test_the_interval_of_a_held_speed_holds_how_old_it_may_be(late: float, witho
     assert initial.high - initial.low < 0.1
     assert "the possible age of a held speed value" in initial.method
     said = next(each for each in found.checks if each.check == "held values")
-    assert "every value stands 0.005 s" in said.detail
+    assert "every value is held for 0.005 s" in said.detail
     assert said.passed
 
 

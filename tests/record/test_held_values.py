@@ -45,7 +45,7 @@ def test_a_drop_with_held_values_is_that_of_the_slower_rate(times, first, machin
     assert not [each for each in found.checks if not each.passed]
     said = [each for each in found.checks if each.check == "held values"]
     assert [each.channel for each in said] == names
-    assert f"every value stands {times} times: taken once each, at {20000 / times:g} Hz" in said[0].detail
+    assert f"every value is held for {times} samples: one is used, at {20000 / times:g} Hz" in said[0].detail
     sound = analyse(drop, machine).release.time
     assert found.release.time.low <= sound.value <= found.release.time.high
 

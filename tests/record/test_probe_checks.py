@@ -44,7 +44,7 @@ def test_a_wrong_unit_is_named(factor: float, sound: xr.Dataset) -> None:
     said = failed["unit", "NDE_A"]
     assert f"a factor {factor:g} " in said and ("e+" not in said or factor == 1e6)
     stated = sound["NDE_A"].attrs["source_units"]
-    assert f"check '{stated}' in the file (a unit in the machine file counts only where the file states none)" in said
+    assert f"check '{stated}' in the file (a unit in the machine file is used only if the file states none)" in said
     assert ("range", "NDE_A") not in failed  # said once
     assert "NDE_A" in left_out(ds, machine(), check(ds, machine()))
 
@@ -58,7 +58,7 @@ def test_a_unit_that_makes_all_probes_read_too_little_is_named(factor: float, ca
     failed = failures(ds)
     assert list(failed) == [("drop", "")]  # told once
     detail = failed["drop", ""]
-    assert f"times {factor:g} it would be 473.4 um" in detail and f"{cause}?" in detail
+    assert f"multiplied by {factor:g} it would be 473.4 um" in detail and f"{cause}?" in detail
     levitated = sound.isel(time=slice(0, 1900))
     small = levitated.assign(
         {n: levitated[n] * (10e-6 / float(np.ptp(levitated[n].values))) for n in ("NDE_A", "NDE_B", "DE_A", "DE_B")}
@@ -86,10 +86,10 @@ def test_a_gap_that_all_probes_contradict_is_a_suspect(sound: xr.Dataset) -> Non
             if name[0] == "N"
             else "radial_gap of DE in the machine file, 20 um"
         )
-        assert f"as all probes of both ends depart alike, {gap}" in failed["unit", name]
+        assert f"or {gap}, since all probes of both ends deviate by a similar factor" in failed["unit", name]
     failed = failures(sound, _of_gaps(DE=20e-6))
     assert {name for check, name in failed if check == "unit"} == {"DE_A", "DE_B"}
-    assert all("as all probes of DE depart alike, radial_gap of DE" in failed["unit", name] for name in names[2:])
+    assert all("or radial_gap of DE in the machine file" in failed["unit", name] for name in names[2:])
     for factors in ((1000.0, 1.0), (1000.0, 25.4)):
         ds = sound
         for name, factor in zip(names, factors, strict=False):
@@ -266,7 +266,7 @@ def test_a_record_of_levitation_alone_is_told_as_such(sound: xr.Dataset) -> None
 
 @pytest.mark.parametrize(
     ("after", "where"),
-    [(4.0, "while the shaft still falls"), (10.0, "in its first contacts"), (18.0, "first contacts")],
+    [(4.0, "while the shaft is still falling"), (10.0, "during its first contacts"), (18.0, "first contacts")],
 )
 def test_a_record_cut_in_the_fall_accuses_no_probe_across_it(after: float, where: str) -> None:
     """Two probes lie level: they have moved by some micrometres where the upright ones have seen the fall."""

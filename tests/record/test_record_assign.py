@@ -97,14 +97,14 @@ def test_the_machine_file_states_a_unit_that_the_file_calls_by_a_word_of_its_own
 
 @pytest.mark.parametrize("unit", ["kPa", "degC", "um pp", "µm RMS"])
 def test_the_machine_file_does_not_turn_another_quantity_into_a_displacement(unit: str) -> None:
-    with pytest.raises(InputError, match="where a displacement"):
+    with pytest.raises(InputError, match="but a displacement"):
         assign(_record(NDE_A=unit), with_probe("NDE_A", unit="um"))
 
 
 def test_an_unknown_unit_can_be_said_in_the_machine_file() -> None:
-    with pytest.raises(InputError, match="say in the machine file what it is, e.g. unit = \"um\" with probe 'NDE_A'"):
+    with pytest.raises(InputError, match="state the unit in the machine file, e.g. unit = \"um\" for probe 'NDE_A'"):
         assign(_record(NDE_A="bananas"), machine())
-    with pytest.raises(InputError, match=r"say in the machine file what it is, e.g. \[speed\] unit = \"rpm\""):
+    with pytest.raises(InputError, match=r"state the unit in the machine file, e.g. \[speed\] unit = \"rpm\""):
         assign(_record(speed="bananas"), machine())
 
 
@@ -143,7 +143,7 @@ def test_a_probe_s_unit_is_a_length_or_a_voltage(unit: str) -> None:
         ("Hz", r"is a speed or frequency \(Hz\)"),
         ("m/s^2", "is an acceleration"),
         ("um pp", "is a pk-pk amplitude"),
-        ("spans", "in 'spans', where a displacement"),
+        ("spans", "in 'spans', but a displacement"),
     ],
 )
 def test_a_displacement_in_a_wrong_unit_is_refused(unit: str, message: str) -> None:
@@ -198,7 +198,7 @@ def test_no_channel_at_all_lists_the_file_and_the_cure() -> None:
 
 
 def test_one_channel_cannot_be_two_probes() -> None:
-    with pytest.raises(InputError, match="'NDE_A' and 'NDE_B' both ask for channel 'NDE_B'"):
+    with pytest.raises(InputError, match="'NDE_A' and 'NDE_B' are both assigned channel 'NDE_B'"):
         assign(_record(), machine(channels={"NDE_A": "NDE_B"}))
 
 
@@ -239,5 +239,5 @@ def test_a_record_that_pauses_is_refused(pause, refused):
 
 
 def test_a_record_that_holds_nothing_is_said_to() -> None:
-    with pytest.raises(InputError, match="it holds no channel; say"):
+    with pytest.raises(InputError, match="it has no channel; assign"):
         assign(xr.Dataset(attrs={"source_file": "drop.nc"}), machine())

@@ -50,9 +50,9 @@ def test_an_overload_of_an_instrument_is_infinite(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("order", "words"),
     [
-        (np.r_[0:500, 499:1000], "1 sample of 1001 may be there twice"),
-        (np.r_[0:1000, 0:1000], "begins anew: the file may hold several records"),
-        (np.r_[0:500, 490:1000], "runs backwards: samples may be there twice"),
+        (np.r_[0:500, 499:1000], "1 sample of 1001 may be duplicated"),
+        (np.r_[0:1000, 0:1000], "restarts: the file may contain several records"),
+        (np.r_[0:500, 490:1000], "goes back: samples may be duplicated"),
     ],
 )
 def test_times_that_do_not_go_on_are_told_by_what_they_do(order: np.ndarray, words: str, tmp_path: Path) -> None:

@@ -125,23 +125,23 @@ def test_a_last_line_that_may_lack_digits_is_told(tmp_path: Path) -> None:
 BAD = {
     "no numbers": ("time,A\nzero,one\n", "without a table of numbers"),
     "header only": ("time,A,B\n", "without a table of numbers"),
-    "blank lines": ("\n\n  \n", "empty lines only"),
+    "blank lines": ("\n\n  \n", "only empty lines"),
     "prose": ("The rotor fell.\nNobody measured it.\n", "without a table of numbers"),
     "thousands that may be decimals": (
         "Serial 17\ntime;A;B\n0,000;1,5;5.798\n0,001;1,6;5.799\n",
-        r"Line 3 comes nearest \('0,000;1,5;5.798'\), but '5.798' is no number.* without thousands separators",
+        r"Line 3 is the closest \('0,000;1,5;5.798'\), but '5.798' is not a number.* without thousands separators",
     ),
     "thousands that may be decimals further down": (
         "time;A;B\n0,000;1,5;999\n0,001;1,6;1.001\n",
-        "line 3, column 'B': '1.001' is no number",
+        "line 3, column 'B': '1.001' is not a number",
     ),
-    "text in a number": ("time,A\n0,1\n0.1,abc\n0.2,3\n", "line 3, column 'A': 'abc' is no number"),
-    "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is no number"),
+    "text in a number": ("time,A\n0,1\n0.1,abc\n0.2,3\n", "line 3, column 'A': 'abc' is not a number"),
+    "overload": ("time,A\n0,1\n0.1,OVERLOAD\n0.2,3\n", "'OVERLOAD' is not a number"),
     "short row": ("time,A,B\n0,1,2\n0.1,1\n0.2,1,2\n", "line 3 has 2 columns instead of 3"),
     "long row": ("time,A,B\n0,1,2\n0.1,1,5,7\n0.2,1,2\n", "line 3 has 4 columns instead of 3"),
     "words at the end": (
         "time,A,B\n0,1,2\n0.1,1,5\nEnd of file\n",
-        r"line 4 \('End of file'\) is no row of numbers: delete it",
+        r"line 4 \('End of file'\) is not a row of numbers: delete it",
     ),
     "cut row": ("time,A,B\n0,1,2\n0.1,1,5\n0.2,1", r"line 4 \(the last: the file was cut off\)"),
     "short row after a remark": ("time,A,B\n0,1,2\n% one\n0.1,1\n0.2,1,2\n", "line 4 has 2 columns instead of 3"),
@@ -156,27 +156,27 @@ BAD = {
     ),
     "comma twice": (
         "time,A,B\n0,000,1,5,2,5\n0,001,1,5,2,5\n",
-        "the header in line 1 has 3 cells, the rows of numbers have 6; the comma seems to be separator and decimal sign",
+        "the header in line 1 has 3 cells, the rows of numbers have 6; the comma seems to be both separator and decimal sign",
     ),
     "comma twice under units": (
         "time,A,B\ns,um,1\n0,000,1,5,2\n0,001,1,5,2\n",
-        "the header in line 2 has 3 cells, the rows of numbers have 5; the comma seems to be separator and decimal sign",
+        "the header in line 2 has 3 cells, the rows of numbers have 5; the comma seems to be both separator and decimal sign",
     ),
-    "no time": ("A,B\n1,2\n3,4\n", "nothing tells when the samples of 'A', 'B' were taken"),
-    "no header": ("0,1\n0.1,2\n", "nothing tells when"),
+    "no time": ("A,B\n1,2\n3,4\n", "the sampling times of 'A', 'B' are not given"),
+    "no header": ("0,1\n0.1,2\n", "the sampling times of .* are not given"),
     "clock of too few digits": (
         "Uhrzeit;A\n09:59:59,800;1\n09:59:59,800;2\n09:59:59,801;3\n",
         "time does not increase after sample 1 .* too few digits",
     ),
-    "backwards": ("time,A\n0,1\n0.2,2\n0.1,3\n", "runs backwards"),
+    "backwards": ("time,A\n0,1\n0.2,2\n0.1,3\n", "goes back"),
     "repeated": ("time,A\n0.000,1\n0.001,2\n0.001,3\n", "too few digits"),
-    "missing time": ("time,A\n0,1\n,2\n0.2,3\n", "the time of sample 2 is no number"),
+    "missing time": ("time,A\n0,1\n,2\n0.2,3\n", "the time of sample 2 is not a number"),
     "days of a spreadsheet": (
         "Zeit;A\n46091,6250000000;1\n46091,6250000012;2\n46091,6250000023;3\n",
-        r"a sample every 1\.\d+e-09 s: they are not in s; state their unit, as in .* 'Time \[d\]'",
+        r"a sample every 1\.\d+e-09 s, so they are not in s; state their unit, as in .* 'Time \[d\]'",
     ),
     "same names": ("time,A,A\n0,1,2\n1,3,4\n", "'A' occurs twice"),
-    "time only": ("time\n0\n1\n2\n", "no channel along time"),
+    "time only": ("time\n0\n1\n2\n", "no channel over time"),
 }
 
 

@@ -440,7 +440,7 @@ def test_the_axis_of_a_waveform_has_its_unit(tmp_path: Path) -> None:
     record = read(tmp_path / "a.tdms")
     assert set(record.data_vars) == {"A", "B"}
     assert record["A"].dims == record["B"].dims
-    assert record.attrs["left_out"] == {"C": "it lies along an axis in Hz, not along time"}
+    assert record.attrs["left_out"] == {"C": "its axis is in Hz, not time"}
     samples.write_uff(tmp_path / "a.uff", samples.signals(20))
     text = (tmp_path / "a.uff").read_text()
     (tmp_path / "a.uff").write_text(text.replace("NONE                 s  ", "NONE                 ms "))

@@ -265,7 +265,7 @@ def test_of_a_toothed_wheel_one_pulse_a_revolution_is_kept() -> None:
     assert found.times.size == pytest.approx(turns[-1], abs=2)
     assert np.mean(normalised) == pytest.approx(0.0, abs=0.1)
     assert np.std(normalised) == pytest.approx(1.0, abs=0.15)  # uneven teeth do not show
-    assert "one of 6 a revolution" in found.quality
+    assert "one of 6 per revolution" in found.quality
 
 
 def test_no_keyphasor_is_told() -> None:

@@ -39,7 +39,7 @@ def test_what_is_no_channel_is_told_beside_them(tmp_path: Path) -> None:
     found = inspect(path)
     assert found.left_out == {}
     assert found.beside == {"peak_force": "end", "normal_force": "end, time"}
-    assert "no channels, so not analysed: peak_force (end), normal_force (end, time)" in found.lines()
+    assert "not channels over time, so not analysed: peak_force (end), normal_force (end, time)" in found.lines()
     assert found.to_json()["beside"] == found.beside
 
 
@@ -48,14 +48,14 @@ def test_a_channel_of_another_length_than_the_time_is_left_out_and_told(n: int, 
     path = _mat(tmp_path / "a.mat", {"t": 100, "NDE_A": 100, "NDE_B": n})
     record = read(path)
     assert set(record.data_vars) == {"NDE_A"}
-    assert f"its {n} samples do not go with the 100 times" in record.attrs["left_out"]["NDE_B"]
-    assert any(line.startswith(f"left out: NDE_B: its {n} samples") for line in inspect(path).lines())
+    assert f"it has {n} samples, but the time vector beside it has 100" in record.attrs["left_out"]["NDE_B"]
+    assert any(line.startswith(f"left out: NDE_B: it has {n} samples") for line in inspect(path).lines())
 
 
 def test_a_channel_shorter_than_those_of_the_rate_is_left_out_and_told(tmp_path: Path) -> None:
     record = read(_mat(tmp_path / "a.mat", {"NDE_A": 100, "NDE_B": 70}, fs=10e3))
     assert set(record.data_vars) == {"NDE_A"}
-    assert "it has 70 samples where others have 100" in record.attrs["left_out"]["NDE_B"]
+    assert "it has 70 samples, but others have 100" in record.attrs["left_out"]["NDE_B"]
 
 
 def test_a_channel_left_out_is_not_said_to_be_absent(tmp_path: Path) -> None:
@@ -70,7 +70,7 @@ def test_a_channel_left_out_is_not_said_to_be_absent(tmp_path: Path) -> None:
     }
     told = found["present", "NDE_B"]
     assert "is in the file, but left out" in told
-    assert "its 299 samples do not go with the 300 times" in told
+    assert "it has 299 samples, but the time vector beside it has 300" in told
     assert "not in the file" not in told
 
 
@@ -90,7 +90,7 @@ def test_netcdf_variables_without_a_time_are_told(tmp_path: Path) -> None:
         file.createVariable("B", "f8", ("other",))[:] = 1.0
     record = read(tmp_path / "a.nc")
     assert list(record.data_vars) == ["A"]
-    assert record.attrs["left_out"] == {"B": "nothing tells when its samples were taken"}
+    assert record.attrs["left_out"] == {"B": "its sampling times are not given"}
 
 
 def test_tdms_channels_without_samples_or_interval_are_told(tmp_path: Path) -> None:
@@ -104,12 +104,12 @@ def test_tdms_channels_without_samples_or_interval_are_told(tmp_path: Path) -> N
     record = read(tmp_path / "a.tdms")
     assert list(record.data_vars) == ["A"]
     assert "wf_increment" in record.attrs["left_out"]["B"]
-    assert record.attrs["left_out"]["C"] == "it holds no sample"
+    assert record.attrs["left_out"]["C"] == "it has no samples"
 
 
 def test_a_file_of_nothing_else_is_refused_with_the_reason(tmp_path: Path) -> None:
     with netCDF4.Dataset(tmp_path / "a.nc", "w") as file:
         file.createDimension("other", 3)
         file.createVariable("B", "f8", ("other",))[:] = 1.0
-    with pytest.raises(InputError, match="no channel along time \\('B': nothing tells when"):
+    with pytest.raises(InputError, match="no channel over time \\('B': its sampling times"):
         read(tmp_path / "a.nc")

@@ -151,7 +151,7 @@ def test_a_slow_speed_channel_is_no_fault_and_bears_its_name() -> None:
 def test_a_keyphasor_that_ends_long_before_the_probes_is_told(name: str) -> None:
     found = _checks(_on(read(SOURCE), "time_2", name, slice(0, 1953)))
     assert [(each.channel, each.passed) for each in found] == [(name, False)]
-    assert "ends at 0.0976 s, the probes at 0.49995 s" in found[0].detail
+    assert "ends at 0.0976 s, but the probes end at 0.49995 s" in found[0].detail
 
 
 @pytest.mark.parametrize("path", sorted(Path(SOURCE).parent.glob("*.nc")), ids=lambda path: path.stem)
@@ -169,4 +169,4 @@ def test_a_probe_with_a_clock_of_its_own_is_said_to_have_one() -> None:
     time = raw["time"].values
     own = raw["NDE_B"].copy(data=raw["NDE_B"].values).rename(time="time_2").assign_coords(time_2=1.0001 * time)
     (found,) = _checks(raw.drop_vars("NDE_B").assign(NDE_B=own))
-    assert "by a clock that parts from that of NDE_A by 50 us over the record" in found.detail
+    assert "by a clock that drifts relative to that of NDE_A by 50 us over the record" in found.detail

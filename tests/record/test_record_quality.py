@@ -89,13 +89,13 @@ def test_swapped_probes_whirl_backward(sound: xr.Dataset) -> None:
 def test_missing_channels_say_what_follows(sound: xr.Dataset) -> None:
     raw = read(DATASETS / "short" / "drop_100.nc")
     renamed = failures(assign(raw.rename(DE_B="de_b"), machine()))
-    assert "not used of the file: de_b; did you mean 'de_b'?" in renamed["present", "DE_B"]
+    assert "unused channels of the file: de_b; did you mean 'de_b'?" in renamed["present", "DE_B"]
     raw = raw.rename(DE_B="other").drop_vars(["keyphasor", "speed"])
     failed = failures(assign(raw, machine()))
-    assert "end DE has 1 of two directions" in failed["present", "DE_B"]
-    assert "not used of the file: other" in failed["present", "DE_B"]
+    assert "end DE has only 1 of two directions" in failed["present", "DE_B"]
+    assert "unused channels of the file: other" in failed["present", "DE_B"]
     assert "no shaft angle" in failed["present", "keyphasor"]
-    assert "nothing can be said about the speed" in failed["present", "speed"]
+    assert "the speed is not evaluated" in failed["present", "speed"]
 
 
 def test_gaps_jitter_and_a_slow_clock(sound: xr.Dataset) -> None:
@@ -132,7 +132,7 @@ def test_a_pulse_that_was_missed_in_a_gap_of_time_accuses_no_sensor(sound: xr.Da
     assert ("keyphasor", "keyphasor") not in failures(holed)
     told = next(each for each in check(holed, machine()) if each.check == "keyphasor")
     assert "1 missed" in told.detail
-    assert "all where the time axis has gaps" in told.detail
+    assert "all missed pulses lie in gaps of the time axis" in told.detail
     assert (
         "check the sensor's gap"
         in failures(changed(holed, "keyphasor", _without_pulse(holed, 4)))["keyphasor", "keyphasor"]
@@ -149,7 +149,7 @@ def _without_pulse(ds: xr.Dataset, number: int) -> np.ndarray:
 def test_a_wheel_with_more_marks_than_the_record_has_pulses_is_doubted(sound: xr.Dataset) -> None:
     wheel = machine(keyphasor={"channel": "keyphasor", "pulses_per_revolution": 60})
     said = failures(sound, wheel)["keyphasor", "keyphasor"]
-    assert re.match(r"4\d pulses at 60 a revolution are too few", said)
+    assert re.match(r"4\d pulses at 60 per revolution are too few", said)
     assert "check pulses_per_revolution = 60" in said
 
 

@@ -105,14 +105,14 @@ def test_an_analysis_with_the_gain_in_the_machine_file_finds_the_gap_of_a_sound_
     assert abs(wrong.ends["NDE"].gap.radius.value - true) > 5e-6
     assert right.ends["NDE"].gap.radius.value == pytest.approx(true, abs=1e-8)
     (row,) = [each for each in right.checks if each.check == "effects"]
-    assert "probe_gain at NDE_A: readings are freed" in row.detail
+    assert "probe_gain at NDE_A: readings are corrected" in row.detail
 
 
 def test_an_angle_that_differs_from_drop_to_drop_is_said_to_be_that_of_one(machine: Machine) -> None:
     ring = EffectSetting(name="ring_out_of_round", where="NDE", amplitude=8e-6)
     outer = EffectSetting(name="race_waviness", where="DE", amplitude=2e-6, race="outer")  # which does not turn
     (row,) = check_effects(_carrying(machine, ring, EffectSetting(name="ring_drag", where="DE"), outer))
-    assert "ring_out_of_round at NDE: the machine file has the angle of one drop" in row.detail
+    assert "ring_out_of_round at NDE: the machine file states its angle in one drop" in row.detail
     assert "ring_drag at DE: the machine" not in row.detail
 
 

@@ -121,7 +121,7 @@ def test_where_the_keyphasor_has_ended_readings_stay_and_that_is_said(machine: M
     assert changed[record.time < 0.19].mean() > 0.99
     assert not changed[record.time > 0.22].any()
     (check,) = check_slow_roll(record, stated)
-    assert check.passed and "from 0 s to 0.19995 s" in check.detail
+    assert check.passed and "between 0 s and 0.19995 s" in check.detail
 
 
 @pytest.mark.parametrize(("since", "taken_off"), [(0.015, True), (0.1, False)])  # at 100 Hz

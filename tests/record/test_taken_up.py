@@ -59,7 +59,7 @@ def test_the_drop_is_analysed_up_to_the_lift(drop, machine):
     assert found.phases[-1].start == pytest.approx(LIFT_S, abs=0.05)
     assert found.phases[-1].end == pytest.approx(LAST_S, abs=1e-3)
     measured = measured_drop(lifted(drop, machine, LIFT_S, 0.2), machine)
-    assert any("lifted from" in fault for fault in measured.faults)
+    assert any("lifted off" in fault for fault in measured.faults)
 
 
 @pytest.mark.parametrize("since_ms", [104.0, 110.0])

@@ -163,7 +163,7 @@ def test_the_legend_of_stresses_holds_only_what_is_drawn() -> None:
 
 def test_remarks_of_one_kind_are_one() -> None:
     def cut(count: int) -> str:
-        return f"{count} samples stand at -{count / 10} um, between {count / 1e3} s and 0.3 s: peaks are cut off"
+        return f"{count} samples are at -{count / 10} um, between {count / 1e3} s and 0.3 s: peaks are cut off"
 
     remarks = [f"{drop}.nc: {probe}: {cut(k)}" for k, drop in enumerate("abc", 1) for probe in ("NDE_A", "DE_A")]
     remarks += ["the drops part early: 25 ms", "b.nc: samples are missing: 3 of 'DE_A'"]

@@ -83,7 +83,7 @@ def test_the_viewer_of_signals_says_whether_runout_is_taken_off(short: Analysis)
         blocks = [block for section in build_report(analysis).sections for block in section.blocks]
         return [block.title for block in blocks if isinstance(block, SignalViewer)]
 
-    taken = replace(short, checks=(*short.checks, Check("slow roll", "", True, "taken off")))
+    taken = replace(short, checks=(*short.checks, Check("slow roll", "", True, "subtracted")))
     for analysis, runout in ((short, "runout not compensated"), (taken, "slow roll compensated")):
         assert said(analysis) == [f"Displacement (not filtered, {runout}) and speed of the whole record"]
 

@@ -108,7 +108,7 @@ def _cut_off(lines: list[str]) -> str:
     """Return a warning if the last line has no line end and is shorter than the previous ones, as if truncated; else ""."""
     before = [len(line) for line in lines[-21:-1] if line.strip()]
     if lines[-1].strip() and len(before) == 20 and len(lines[-1]) < min(before):
-        return "the last line has no end and is the shortest: its last number may have been cut off"
+        return "the last line is not terminated and is the shortest: its last number may have been cut off"
     return ""
 
 
@@ -156,7 +156,7 @@ def _column(series: Any, k: int, layout: Layout, numbers: list[int], path: Path)
         return _Column(np.asarray(values, dtype=np.float64))
     row = int(wrong[0])
     raise InputError(
-        f"{path}: line {numbers[row]}, column '{name}': '{texts.iloc[row][:40]}' is no number;"
+        f"{path}: line {numbers[row]}, column '{name}': '{texts.iloc[row][:40]}' is not a number;"
         " correct the cell, or leave it empty where nothing was measured"
     )
 
@@ -171,7 +171,7 @@ def _moments(texts: Any, name: str, path: Path) -> _Column:
             orders = ("dmY", "mdY") if "/" in texts.iloc[0] else ("dmY",)  # 03/11/2026 is ambiguous
             readings = [_dated(texts, order) for order in orders]
     except (ValueError, TypeError):
-        raise InputError(f"{path}: column '{name}' holds moments that cannot be read; write seconds instead") from None
+        raise InputError(f"{path}: column '{name}' contains date-times that cannot be read; write seconds instead") from None
     # at midnight the wrong order jumps by weeks; within a day both give the same times, and the date remains ambiguous
     lasting = [each.max() - each.min() for each in readings]
     right = readings[int(np.argmin(lasting))]
@@ -207,7 +207,7 @@ def _clocks(texts: Any, name: str, path: Path) -> _Column:
     try:
         elapsed = pd.to_timedelta(bare.where(bare.str.count(":") > 1, bare + ":00" if halves else "00:" + bare))
     except (ValueError, TypeError):
-        raise InputError(f"{path}: column '{name}' holds times that cannot be read; write seconds instead") from None
+        raise InputError(f"{path}: column '{name}' contains times that cannot be read; write seconds instead") from None
     if halves:
         half = pd.Timedelta(hours=12)
         elapsed = elapsed % half + clocks.str.contains("p", case=False).astype(int) * half
@@ -231,7 +231,7 @@ def _check_width(body: Mapping[int, str], layout: Layout, width: int, path: Path
         return
     row = split(body[wrong], layout.separator)
     if not any(is_number(cell, layout.decimal) for cell in row):
-        raise InputError(f"{path}: line {wrong} ('{body[wrong].strip()[:40]}') is no row of numbers: delete it")
+        raise InputError(f"{path}: line {wrong} ('{body[wrong].strip()[:40]}') is not a row of numbers: delete it")
     last = " (the last: the file was cut off)" if wrong == max(body) else ""
     raise InputError(
         f"{path}: line {wrong}{last} has {len(row)} columns instead of {width}; correct or delete the line"

@@ -106,7 +106,7 @@ def _channels(group: Any, prefix: str = "") -> list[Channel]:
             if found is None:
                 interval = interval_of(_attributes(variable)) or stated
                 if interval is None:
-                    untold = Channel(prefix + name, np.empty(0), fault="nothing tells when its samples were taken")
+                    untold = Channel(prefix + name, np.empty(0), fault="its sampling times are not given")
                     channels.append(untold)
                     continue
                 found = interval * np.arange(variable.size)

@@ -18,6 +18,6 @@ def check_size(stored: int, path: Path, compressed: bool) -> None:
     size = path.stat().st_size
     if stored > (2000 * size if compressed else size):
         raise InputError(
-            f"{path}: its header promises {stored / 1e6:.3g} MB of values, the file has {size / 1e6:.3g} MB;"
+            f"{path}: its header states {stored / 1e6:.3g} MB of values, but the file has {size / 1e6:.3g} MB;"
             " it is damaged or cut off: export it again"
         )

@@ -48,15 +48,15 @@ class TDMS:
         else:  # in a file with waveforms, a group without a time channel is a table of results
             timed = tuple(branch for branch in others if _is_timed(branch))
             channels += channels_of(Branch("", (), entries, timed), path)
-            fault = "it has no sampling interval (wf_increment), its group no time channel"
+            fault = "it has no sampling interval (wf_increment), and its group has no time channel"
             untimed = (leaf for branch in others if not _is_timed(branch) for leaf in branch.leaves)
             channels += tuple(Channel(leaf.name, np.empty(0), fault=fault) for leaf in untimed)
-        channels += tuple(Channel(channel.name, np.empty(0), fault="it holds no sample") for channel in empty)
+        channels += tuple(Channel(channel.name, np.empty(0), fault="it has no samples") for channel in empty)
         return Content(
             channels,
             title=stated_title(entries),
             drop_time=f"{np.datetime_as_string(min(dated), unit='ms')}Z" if dated else stated_date(entries),
-            incomplete="the logger was cut off while it wrote the last segment" if cut else "",
+            incomplete="the logger was interrupted while it wrote the last segment" if cut else "",
         )
 
 
@@ -103,7 +103,7 @@ def _series(group: Any) -> list[_Series]:
                 began if isinstance(began, np.datetime64) else None,
                 str(properties.get("description") or ""),
                 moments,
-                "" if factor is not None else f"it lies along an axis in {axis}, not along time",
+                "" if factor is not None else f"its axis is in {axis}, not time",
             )
         )
     return found

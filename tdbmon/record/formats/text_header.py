@@ -157,9 +157,9 @@ def _refuse_misfit(lines: list[str], at: int, separator: str, width: int, path: 
     if len(filled) < _FEWEST_NAMES or not texts or len(cells) == width:
         return
     if separator == "," and len(cells) < width <= 2 * len(cells):
-        cause = "the comma seems to be separator and decimal sign as well: export with ';' or tabs between the cells"
+        cause = "the comma seems to be both separator and decimal sign: export with ';' or tabs between the cells"
     else:
-        cause = "correct the header, or export it again with one name a column"
+        cause = "correct the header, or export it again with one name per column"
     raise InputError(
         f"{path}: the header in line {k + 1} has {len(cells)} cells, the rows of numbers have {width}; {cause}"
     )

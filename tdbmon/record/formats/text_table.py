@@ -62,10 +62,10 @@ def layout_of(lines: list[str], path: Path) -> Layout:
             return Layout(separator, decimal, first, header_of(lines, first, separator, path))
     if any(line.strip() for line in lines):
         raise InputError(
-            f"{path}: is text without a table of numbers; a record needs a row of names, and rows of numbers under it"
+            f"{path}: is text without a table of numbers; a record needs a row of names with rows of numbers below it"
             f"{_nearest_to_a_row(lines)}"
         )
-    raise InputError(f"{path}: holds empty lines only; export it again")
+    raise InputError(f"{path}: contains only empty lines; export it again")
 
 
 def _signs(lines: list[str]) -> tuple[str, str]:
@@ -103,8 +103,8 @@ def _nearest_to_a_row(lines: list[str]) -> str:
         if len(cells) - len(wrong) > most and wrong:
             most = len(cells) - len(wrong)
             told = (
-                f". Line {k + 1} comes nearest ('{line.strip()[:60]}'), but '{wrong[0][:40]}' is no number, date or time:"
-                " numbers need a plain form, without thousands separators, and times hours, minutes and seconds, or seconds alone"
+                f". Line {k + 1} is the closest ('{line.strip()[:60]}'), but '{wrong[0][:40]}' is not a number, date or time:"
+                " write numbers without thousands separators, and times as hours, minutes and seconds, or in seconds"
             )
     return told
 

@@ -78,7 +78,7 @@ def _channel(entry: Mapping[str, Any], name: str, path: Path) -> Channel:
     expected = int(entry["num_pts"])
     if values.size != expected:
         raise InputError(
-            f"{path}: channel '{name}' has {values.size} samples where its header says {expected};"
+            f"{path}: channel '{name}' has {values.size} samples, but its header states {expected};"
             " the file was cut off: export it again"
         )
     unit = _text(entry, "ordinate_axis_units_lab")
