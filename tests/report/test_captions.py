@@ -113,7 +113,7 @@ def test_the_centreline_is_coloured_by_what_its_caption_says(short: Analysis) ->
 
 
 def test_the_caption_of_the_polar_plot_says_what_is_grey(coastdown: Analysis) -> None:
-    assert "grey where it is less than 3 standard deviations" in _figure(tracking.section(coastdown), "bode").caption
+    assert "grey below 3 standard deviations" in _figure(tracking.section(coastdown), "bode").caption
 
 
 def test_a_velocity_greater_after_the_contact_is_explained_where_it_first_stands(coastdown: Analysis) -> None:
@@ -205,7 +205,7 @@ def test_the_decay_time_of_the_chosen_law_is_told_as_in_the_table_above(coastdow
     (chosen,) = [row.cells[1] for row in laws.rows if row.cells[-1] == "chosen"]
     assert f"decay time {stated.partition(' (')[0]} (interval above)" in chosen and " to " in chosen
     (more,) = [row.cells[1] for row in laws.rows if row.cells[-1].startswith("no better than")]
-    assert more.endswith("loss a revolution nought within its noise")
+    assert more.endswith("loss per revolution zero within its noise")
 
 
 def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:

@@ -23,7 +23,7 @@ def section(analysis: Analysis) -> Section:
     elif analysis.release is None:
         blocks.append(
             Paragraph(
-                "The release was not found: the record contains no levitated part before the fall, or no displacement."
+                "The release was not found: the record holds no levitated stretch before the fall, or no displacement."
             )
         )
     else:
