@@ -132,7 +132,7 @@ def test_captions_tell_only_of_marks_that_are_drawn(short: Analysis, coastdown: 
             shown = _figure(release.section(analysis), name)
             labels = [text.get_text() for text in shown.draw().legends[0].get_texts()]
             assert ("Triangles" in shown.caption) == ("contact begins" in labels), name
-            assert ("Dashed" in shown.caption) == ("clearance circle at rest load" in labels)
+            assert ("Dashed" in shown.caption) == ("clearance circle at static load" in labels)
             assert ("Shading" in shown.caption) == bool(analysis.phases)
         caption = _figure(spectra.section(analysis), "waterfall").caption
         assert ("Dashed" in caption) == ("dashed" in caption) == (len(analysis.speed_time) > 3)

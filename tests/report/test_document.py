@@ -93,7 +93,7 @@ def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Doc
     assert len(histories) == 2
     for figure in histories:
         header = figure.draw().texts[0].get_text()
-        assert ("every sample drawn" in header) != ("least and largest of each bin drawn" in header)
+        assert ("every sample drawn" in header) != ("least and greatest of each bin drawn" in header)
         assert "sample" not in figure.caption and "bin" not in figure.caption
 
 

@@ -260,7 +260,7 @@ def test_the_standstill_is_not_called_a_95_percent_interval(coastdown: Analysis)
         coastdown.rundown, standstill_time=Estimate(61.0, 60.0, 62.0, "s", "below what the signal resolves")
     )
     figure = speed_decay(replace(coastdown, rundown=stood))
-    assert "standstill, and the range that it lies in" in texts(figure)
+    assert "standstill, with its range" in texts(figure)
     assert "95 % interval" not in texts(figure)
 
 

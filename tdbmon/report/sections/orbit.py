@@ -78,7 +78,7 @@ def _centreline_caption(analysis: Analysis, courses: Courses) -> str:
     why = "the shaft stands still" if analysis.has_speed else "no speed is known"
     colour = "speed" if turns(analysis) else f"time, since {why}"
     missing = left_out(analysis, courses, "no clearance circle, or too short a motion in it,")
-    below = " Below: from settling on, magnified." if any_settled(analysis, courses) else ""
+    below = " Below: after settling, magnified." if any_settled(analysis, courses) else ""
     return (
         f"Shaft centreline: the mean position over successive windows, coloured by the {colour}.{below} The swing in the"
         f" clearance raises the mean above the circle's bottom until it has died away.{missing}"
