@@ -47,14 +47,14 @@ code with tdbmon or tdbsim; "true" is what that program used.
    that they share. Fits that start from other clearances run in parallel until the contacts decide. Where one-sided difference
    quotients no longer improve the fit, central ones are used, since paths with impacts are strongly curved. A value's interval
    is based on the contacts that the fit explains. A value at the limit of its tolerance, and one that the drops hardly
-   determine, is reported with those that it is correlated with. Where the model fails, the values that the file states without tolerance are
-   fitted too, and a remark lists those that had to change.
+   determine, is reported with those that it is correlated with. Where the model fails, the values that the file states without
+   tolerance are fitted too, and a remark lists those that had to change.
 2. **Forces.** An ensemble drawn from the fit's covariance is simulated to 0.2 s: peak force, force against time until its
-   members diverge, peak and impulse of each contact, Hertz stress of the most loaded ball as a box plot with outliers
-   beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. If the recorded shaft goes
-   farther out than most of the members, or less far, as when some of them whirl, a remark says so and gives the forces of the
-   members that move as the recorded shaft does. No force is reported if the fitted model is off by more than a tenth of the gap
-   in the first 60 ms (rms), or if the drops contradict the machine file.
+   members diverge, peak and impulse of each contact, Hertz stress of the most loaded ball as a box plot with outliers beyond
+   three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. If the recorded shaft goes farther out
+   than most of the members, or less far, as when some of them whirl, a remark says so and gives the forces of the members that
+   move as the recorded shaft does. No force is reported if the fitted model is off by more than a tenth of the gap in the first
+   60 ms (rms), or if the drops contradict the machine file.
 3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by the same rule in both, residuals to
    growing horizons. The friction that brings the simulated orbits nearest to the measured ones with all other values as fitted
    (the dissertation's method), beside that of least squares.
@@ -69,22 +69,21 @@ code with tdbmon or tdbsim; "true" is what that program used.
 _TAIL = """## What falls short
 
 - **After the fit.** Neighbouring trajectories with impacts diverge with exp(λ t), λ some 40 per second. The residual late in
-  the fit is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with the
-  measured ones. Forces there are statistical.
+  the fit is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with
+  the measured ones. Forces there are statistical.
 - **Correlated values.** Radial gap and ball clearance compensate for each other: the sum of gap and half the clearance is known a
   hundred times better than each alone. Contact damping and the drag of the inner rings are hardly determined by these drops.
-- **Intervals of peaks** allow 1 % for the contact law, calibrated on sets of another generator
-  ([results](fitted_forces.md)); none of eight misses the true value on `short`, three of four on `coastdown` (see peak
-  forces below).
+- **Intervals of peaks** allow 1 % for the contact law, calibrated on sets of another generator ([results](fitted_forces.md));
+  none of eight misses the true value on `short`, three of four on `coastdown` (see peak forces below).
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
   do not show a drag of a tenth of a newton metre, and the drag estimated from the whole record is not used in the fit.
 - **Amplitudes** of swing and lines in the coast-down agree in order of magnitude only: they depend on the last bounces. The rms
   of the motion differs by a factor of several for many seconds, and agrees with the measured one again late in the run-down.
 - **Friction by sensitivity** varies one coefficient of both ends with all other values as fitted by least squares; it is a check
   of that fit, not a second measurement.
-- **Natural frequencies** have intervals from the calibration only. They are those of small motion about rest at the
-  static load, without damping; support masses are those of the machine file (or the fitted ones, where they were fitted).
-  They matter: without them the second vertical mode is 5 to 7 % off.
+- **Natural frequencies** have intervals from the calibration only. They are those of small motion about rest at the static
+  load, without damping; support masses are those of the machine file (or the fitted ones, where they were fitted). They matter:
+  without them the second vertical mode is 5 to 7 % off.
 - **Peak forces** are the greatest of all integration steps. The first impact of the inner ring is shorter than a sample at
   10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
   documented how they were taken, agree with the peaks at the samples better than with those of all steps.
