@@ -134,8 +134,8 @@ Stress of the most loaded ball within 0.2 s, greatest / average over time, MPa; 
 {grid(["drop", "end", "printed", "ours, printed scale", "ours, correct", "peak force", "fatigue sum"], body)}
 
 - Under the printed forces the paper's scale is nearer to the printed stresses than correct Hertz is. The remaining difference
-  corresponds to {more:.2f} times our ball load; ball diameter, conformity and clearance of the XCB71914 are not printed. The ratio
-  of the two ends needs no such assumption and agrees.
+  corresponds to {more:.2f} times our ball load; ball diameter, conformity and clearance of the XCB71914 are not printed. The
+  ratio of the two ends needs no such assumption and agrees.
 - **Not reproduced**: the peak forces. Rotor and initial positions are assumed, and the rotor falls from the centre.
 - Equivalent stiffness, balls and support in series at the rotor's weight: {equivalent}.
 - Standstill after {STANDSTILL:.0f} s is {STANDSTILL / decay:.0f} time constants of the {decay:.0f} s that the file assumes;

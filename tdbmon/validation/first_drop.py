@@ -192,8 +192,8 @@ def chapter() -> str:
 
 {table(rows)}
 
-Our first contact comes {1e3 * (ours.starts[0] - fall):.2f} ms after the free fall through the gap. Most of that is the
-bearing's clearance: the inner ring hangs {1e6 * ours.ring_rest:.1f} µm below the centre, and the fall to there takes {1e3 * to_ring:.2f} ms.
+Our first contact comes {1e3 * (ours.starts[0] - fall):.2f} ms after the free fall through the gap. Most of that is the bearing's
+clearance: the inner ring hangs {1e6 * ours.ring_rest:.1f} µm below the centre, and the fall to it takes {1e3 * to_ring:.2f} ms.
 Possible causes of the rest, each alone; the last column is the whole
 sequence at the size that gives the first contact at {1e3 * PRINTED[0]:.2f} ms:
 
