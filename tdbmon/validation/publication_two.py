@@ -191,7 +191,9 @@ standard deviation over releases at {len(ANGLES)} shaft angles, and the inner ri
   kept, {lost:.2g} J given to the air.
 - Effect of the heat after {SECONDS:g} s: the bore has grown by {grown["bore"]:.2f} µm, the shaft by {grown["shaft"]:.2f} µm,
   so the gap is {opened:.2f} µm wider; the inner race has grown
-  by {grown["inner_race"]:.2f} µm, the outer one by {grown["outer_race"]:.2f} µm, a ball's radius by {grown["ball"]:.3f} µm, so the balls have {-closed:.2f} µm less clearance. Without heat and torque the
-  71914's ring is at speed after {at_speed(cold, PAIR):.3f} s, and the mean force of the last 0.05 s is {cold_force:.0f} N
-  instead of {warm_force:.0f} N. The source adds the inner ring's growth to the penetration of rotor into ring, so its warm gap gets smaller.
+  by {grown["inner_race"]:.2f} µm, the outer one by {grown["outer_race"]:.2f} µm,
+  a ball's radius by {grown["ball"]:.3f} µm, so the balls have {-closed:.2f} µm less clearance. Without heat and torque
+  the 71914's ring is at speed after {at_speed(cold, PAIR):.3f} s, and the mean force of the last 0.05 s is {cold_force:.0f} N
+  instead of {warm_force:.0f} N. The source adds the inner ring's growth to the penetration of rotor into ring, so its
+  warm gap gets smaller.
 """
