@@ -296,7 +296,7 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
             "analyse", "0 for deep groove; catalogue (15°, 25° ...) for angular contact, held axially as a pair"
         ),
         "inner_conformity": Key("analyse", "Groove radius over ball diameter, 0.515 to 0.53"),
-        "outer_conformity": Key("analyse", "The same of the outer ring"),
+        "outer_conformity": Key("analyse", "The same for the outer ring"),
         "material": Key(
             "analyse",
             '`"steel"`, or `"silicon nitride"` for hybrid bearings; if `heat` is given, its materials are used',
@@ -310,12 +310,12 @@ KEYS: dict[type[BaseModel], dict[str, Key]] = {
     },
     BearingHeat: {
         "inner_race_radius": Key("forces", "Of the inner ring's wall where the balls run: mean of shoulder and groove"),
-        "outer_race_radius": Key("forces", "The same of the outer ring"),
+        "outer_race_radius": Key("forces", "The same for the outer ring"),
         "outer_radius": Key("forces", "Outside of the outer ring"),
         "housing_radius": Key("forces", "Outside of the housing"),
         "width": Key("forces", "Of all rows together"),
         "housing_width": Key("forces", "Of the housing"),
-        "shaft_length": Key("forces", "Of the piece of shaft that takes up heat"),
+        "shaft_length": Key("forces", "Of the length of shaft that takes up heat"),
         "race": Key("analyse", "Material of rings, shaft and housing, below"),
         "ball": Key("analyse", "Material of the balls, below"),
         "load_factor": Key("forces", "f1 of Palmgren's torque; about 0.0003 to 0.001, by the bearing's kind and load"),

@@ -134,6 +134,6 @@ def _finding(members: list[Member]) -> Finding:
     """Return the number of machines with standing alarms, and of those with too few drops, which do not count as good."""
     alarms = sum(bool(m.standing) for m in members)
     few = sum(m.verdict.word == "too few drops" for m in members)
-    asks = f"{alarms or 'None'} of {len(members)} machines {'asks' if alarms < 2 else 'ask'} for attention"
+    asks = f"{alarms or 'None'} of {len(members)} machines {'needs' if alarms < 2 else 'need'} attention"
     also = f"; {few} {'has' if few == 1 else 'have'} too few matching drops for a verdict" if few else ""
     return Finding(f"{asks}{also}.", "attention" if alarms else "plain" if few else "good")
