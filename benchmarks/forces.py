@@ -84,7 +84,7 @@ _TAIL = """## What falls short
 - **Natural frequencies** have intervals from the calibration only. They are those of small motion about rest at the static
   load, without damping; support masses are those of the machine file (or the fitted ones, where they were fitted). They matter:
   without them the second vertical mode is 5 to 7 % off.
-- **Peak forces** are the greatest of all integration steps. The first impact of the inner ring is shorter than a sample at
+- **Peak forces** are the greatest of all integration steps. The first impact of the inner ring is shorter than a sample of
   10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
   documented how they were taken, agree with the peaks at the samples better than with those of all steps.
 - If the machine file contains effects, the natural frequencies exclude them; the coast-down includes them.
