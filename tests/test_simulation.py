@@ -76,7 +76,7 @@ def test_probes_of_a_wide_gap_do_not_clip(expander):
 def test_a_record_too_short_for_a_circle_is_told_before_it_is_analysed(seconds, short, expander):
     """The command of the README made one of which `analyse` told neither radius, gap, contact nor stiffness."""
     drop = simulate_drop(expander, "10000 rpm", seconds, (), 0, silent)
-    told = [line for line in simulation_lines(drop, expander, ()) if "analyse will not tell" in line]
+    told = [line for line in simulation_lines(drop, expander, ()) if "analyse cannot estimate" in line]
     assert len(told) == short and all("of E and C from" in line and "--seconds 2" in line for line in told)
     found = analyse(drop, expander).ends.values()
     assert [end.gap is None and not end.stiffness.known for end in found] == [short, short]
