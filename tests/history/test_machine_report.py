@@ -24,7 +24,7 @@ def test_a_machine_report_draws_what_it_flags(history):
     for (name, end), drops in history.flagged.items():
         assert f"{KINDS[name].title}{', ' + end if end else ''}" in titles
         assert set(drops) <= {e.id for e in history.entries}
-    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against those before"]
+    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against the earlier drops"]
     assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
 
 
