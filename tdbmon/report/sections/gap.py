@@ -75,8 +75,8 @@ _PARTS = (
     ("= air gap", lambda end: end.air_gap),
     ("Clearance centre x", lambda end: end.circle.centre[0]),
     ("Clearance centre y", lambda end: end.circle.centre[1]),
-    ("Settled radius, below it 2.5 % of the time", lambda end: end.circle.lower),
-    ("Settled radius, above it 2.5 % of the time", lambda end: end.circle.upper),
+    ("Settled radius, 2.5 % quantile", lambda end: end.circle.lower),
+    ("Settled radius, 97.5 % quantile", lambda end: end.circle.upper),
     ("Second harmonic of the radius", lambda end: end.circle.oval),
 )
 

@@ -63,7 +63,7 @@ def _steps(judged: Judged) -> list[Row]:
     where = f" at {', then '.join(ends)}" if ends else ""
     rows = []
     if failed:
-        rows.append(Row(("Repair the probes first", f"checks failed: {', '.join(failed)}; then drop again")))
+        rows.append(Row(("Check the probes first", f"checks failed: {', '.join(failed)}; then drop again")))
     if judged.verdict.word == "inspect":
         rows.append(
             Row(("Inspect", f"the touchdown bearings{where} before the next start: journal, rings, balls, support"))

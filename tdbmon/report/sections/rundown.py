@@ -83,7 +83,7 @@ def _coasted(analysis: Analysis, rundown: RunDown) -> list[Row]:
     for name, share, time in (("a half", HALF, found.half), ("a tenth", TENTH, found.tenth)):
         reached = "" if initial.value is None else f" ({short(Estimate(share * initial.value, unit='Hz'))})"
         told = f"{words(time)}, {how_told(time)}" if time.known else words(time)
-        rows.append(Row((f"From the release to {name} of its speed{reached}", told)))
+        rows.append(Row((f"From the release to {name} of the initial speed{reached}", told)))
     return rows
 
 
