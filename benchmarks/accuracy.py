@@ -22,7 +22,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "accuracy.md"
 _HEAD = """# Accuracy on the shipped synthetic records
 
 Written by `python -m benchmarks accuracy`; do not edit. The records are **synthetic**, made by a rig program that shares no
-code with tdbmon; "true" is what that program used, or follows from it by the formula named. Intervals are 95 %.
+code with tdbmon; "true" is what that program used, or follows from it by the given formula. Intervals are 95 %.
 
 | record | quantity | true | found | inside |
 |---|---|---|---|---|
@@ -32,28 +32,28 @@ _TAIL = """
 ## What falls short
 
 - **Decay time.** The inner rings that roll on the rotor lengthen its time constant by 2 J/I_p, less the share by which they
-  turn more slowly (0.5 % here): the value is that of rotor with rings. The coast-downs follow an exponential with constant
-  drag as closely as their noise shows, in every part and at both speeds, and yet are off by 0.1 %: a drag that changes in
-  proportion to the speed is part of the linear term, and no residual shows it. So the interval lets half of the constant
-  drag come or go with the speed (a choice; 0.15 and 0.23 of it would explain these two) and contains what laws with a
-  further term leave possible. In the short records, which are off by up to 0.8 %, it allows for slip of the rings below 3 %
-  of the deceleration. A strong quadratic windage is not in it: over half a second an exponential fits that too, and its
-  decay time is an effective one at that speed.
-- **Constant drag.** More than the two rings' drag is found in the coast-downs, by signal and pulses alike; its cause is not
-  known. Below about 1.5 Hz the drag of these records fades and the rotor creeps on: no standstill is reported of them,
-  however seldom the speed is read: what fades may creep on. Where one is found from the signal, it is the range from the last
-  time the rotor surely turns to the first time nothing more is seen, which is not a 95 % interval.
-- **Short records** (0.5 s) end while the rings may still slip: the decay time is then missing with that reason, or an
-  effective one. Swing and most spectral lines need longer records; the clearance circle then rests on the arc alone.
-- **Single-mass stiffness** stands for bearing and support in series and leaves out the support's mass and the other end:
-  on simulated first contacts it gave 0.40 to 1.05 times peak force over travel, which its interval carries.
-- **Release.** On 48 drops of `tests/blind` with nothing hidden (seeds 7201 to 7212, strange laws among them) the 95 %
-  interval held the instant 48 times, with errors up to 0.02 ms. On 32 drops with a magnetic force that dies away (seeds 7221
-  to 7228) it held 32 times, with errors up to 0.34 ms: a constant below about 0.5 ms may pass for a sudden release that is as
-  much later. On drops of our own simulator with a wheel of 35 kg overhung beside probes far out (30 to 300 Hz) the error was
-  up to 0.025 ms; a bending frequency that is 1.5 % off in the machine file moves it there by 0.05 ms, which the interval holds.
-  Where the fall does not decide between the two, which is about one drop in ten there, the interval reaches back to the
-  soft start (0.2 to 0.4 ms).
+  turn more slowly (0.5 % here): the value is that of rotor with rings. The coast-downs follow an exponential with constant drag
+  within their noise, in every part and at both speeds, but are off by 0.1 %: a drag proportional to the speed is part of the
+  linear term, and no residual shows it. So the interval allows half of the constant drag to increase or decrease with the speed
+  (a choice; 0.15 and 0.23 of it would explain these two) and includes the values of laws with a further term. In the short
+  records, which are off by up to 0.8 %, it allows for slip of the rings below 3 % of the deceleration. It does not include a
+  strong quadratic windage: over half a second an exponential fits that too, and its decay time is an effective one at that
+  speed.
+- **Constant drag.** In the coast-downs it exceeds the drag of the two rings, from signal and pulses alike; the cause is not
+  known. Below about 1.5 Hz the drag of these records decreases and the rotor creeps on. No standstill is reported for them,
+  however coarse the sampling of the speed, since the rotor may still creep. Where a standstill is found from the signal, its
+  range is from the last certain rotation to the first time at which no rotation is seen, which is not a 95 % interval.
+- **Short records** (0.5 s) end while the rings may still slip: the decay time is then missing for that reason, or an
+  effective one. Swing and most spectral lines need longer records; the clearance circle is then based on the arc only.
+- **Single-mass stiffness** is that of bearing and support in series and neglects the support's mass and the other end:
+  on simulated first contacts it was 0.40 to 1.05 times peak force over travel, which its interval includes.
+- **Release.** On 48 drops of `tests/blind` with nothing hidden (seeds 7201 to 7212, including strange laws) the 95 % interval
+  contained the instant 48 times, with errors up to 0.02 ms. On 32 drops with a decaying magnetic force (seeds 7221 to 7228) it
+  contained it 32 times, with errors up to 0.34 ms: a time constant below about 0.5 ms may be taken for a sudden release that is
+  later by as much. On drops of our own simulator with an overhung wheel of 35 kg and probes far out (30 to 300 Hz) the error
+  was up to 0.025 ms; an error of 1.5 % of a bending frequency in the machine file shifts it there by 0.05 ms, which the
+  interval includes. Where the fall does not decide between the two, about one drop in ten there, the interval extends back to
+  the soft start (0.2 to 0.4 ms).
 - **Files.** HDF5, netCDF 4 and MAT 7.3 files with damaged bytes inside (not merely cut off) can still stop the HDF5 library
   itself. A CSV that was cut at a line end cannot be distinguished from a whole one.
 """
@@ -73,7 +73,7 @@ def main() -> None:
                 rows.append((name, "analysis", "", str(error), ""))
     write_text(PAGE, _HEAD + "".join(f"| {' | '.join(row)} |\n" for row in rows) + _TAIL)
     known = [row[4] for row in rows if row[4]]
-    print(f"{known.count('yes')} of {len(known)} intervals hold the truth; written to {PAGE.name}")
+    print(f"{known.count('yes')} of {len(known)} intervals contain the true value; written to {PAGE.name}")
 
 
 def _rows(result: Analysis, machine: Machine, truth: dict) -> list[tuple[str, str, str, str]]:

@@ -41,54 +41,53 @@ code with tdbmon or tdbsim; "true" is what that program used.
 
 ## What is done
 
-1. **Fit.** Initial state, clearances, supports, friction, unbalance and whatever else has a tolerance in the machine file are
-   fitted to the first 60 ms after the release; to 90 ms where no more is left than noise and the model's growing error. The
-   time fitted grows in small steps from before the first contact. Several drops are fitted at once with the values that they
-   share. Fits that begin at other clearances run beside it until the contacts decide. Where one-sided difference quotients no
-   longer improve the fit, central ones are taken: paths with impacts bend. A value's interval rests on the contacts that the
-   fit explains. A value at the edge of its tolerance, and one that the drops hardly determine, is reported with those that
-   it is correlated with. Where the model fails, what the file states without tolerance is let free too, and a remark lists what
-   had to move.
-2. **Forces.** An ensemble drawn from the fit's covariance is simulated on to 0.2 s: peak force, force against time as long as
-   its members stay together, peak and impulse of each contact, Hertz stress of the most loaded ball as a box with outliers
-   beyond three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. Where the recorded shaft goes
-   farther out than most of the members, or less far, as where some whirl, a remark says so, and what those press that go as
-   it does. No force is told where the fitted model is off by more than a tenth of the gap in the first 60 ms (rms), or the
-   drops contradict the machine file.
-3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by one rule in both, residuals to
-   growing horizons. The friction that brings the simulated orbits nearest to the measured ones, all else as fitted (the
-   dissertation's way), beside that of least squares.
-4. **Natural frequencies** of the rotor at rest on the fitted bearings: upwards contact, balls and support in a chain with
-   the support's mass, sideways a pendulum, gyroscopics at speed. Critical speed map, Campbell diagram, and the record's
-   lines of constant frequency beside them. No line is used to compute them.
-5. **The whole coast-down**, where the record holds two seconds or more: simulated to its end, recorded by sensors with the
-   same noise, and put through the same analysis as the record.
+1. **Fit.** Initial state, clearances, supports, friction, unbalance and every other value with a tolerance in the machine file
+   are fitted to the first 60 ms after the release, or to 90 ms if the residual is no more than noise and the model's growing
+   error. The fitted time grows in small steps from before the first contact. Several drops are fitted jointly with the values
+   that they share. Fits that start from other clearances run in parallel until the contacts decide. Where one-sided difference
+   quotients no longer improve the fit, central ones are used, since paths with impacts are strongly curved. A value's interval
+   is based on the contacts that the fit explains. A value at the limit of its tolerance, and one that the drops hardly
+   determine, is reported with those that it is correlated with. Where the model fails, the values that the file states without
+   tolerance are fitted too, and a remark lists those that had to change.
+2. **Forces.** An ensemble drawn from the fit's covariance is simulated to 0.2 s: peak force, force against time until its
+   members diverge, peak and impulse of each contact, Hertz stress of the most loaded ball as a box plot with outliers beyond
+   three standard deviations (as in N. Neisi's dissertation) and beyond Tukey's fence. If the recorded shaft goes farther out
+   than most of the members, or less far, as when some of them whirl, a remark says so and gives the forces of the members that
+   move as the recorded shaft does. No force is reported if the fitted model is off by more than a tenth of the gap in the first
+   60 ms (rms), or if the drops contradict the machine file.
+3. **Measured against simulated.** Displacement at both ends, orbits, contact times found by the same rule in both, residuals to
+   growing horizons. The friction that brings the simulated orbits nearest to the measured ones with all other values as fitted
+   (the dissertation's method), beside that of least squares.
+4. **Natural frequencies** of the rotor at rest on the fitted bearings: vertically contact, balls and support in series with
+   the support's mass, horizontally a pendulum, with gyroscopic effects at speed. Critical speed map, Campbell diagram, and the
+   record's lines of constant frequency for comparison. No line is used to compute them.
+5. **The whole coast-down**, if the record holds two seconds or more: simulated to its end, recorded by sensors with the
+   same noise, and analysed in the same way as the record.
 
 """
 
 _TAIL = """## What falls short
 
-- **Past the fit.** Neighbouring trajectories with impacts diverge with exp(λ t), λ some 40 a second. What is left late in the fit
-  is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with the
-  measured ones. Forces there are statistics.
+- **After the fit.** Neighbouring trajectories with impacts diverge with exp(λ t), λ some 40 per second. The residual late in
+  the fit is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with
+  the measured ones. Forces there are statistical.
 - **Correlated values.** Radial gap and ball clearance compensate for each other: the sum of gap and half the clearance is known a
   hundred times better than each alone. Contact damping and the drag of the inner rings are hardly determined by these drops.
-- **Intervals of peaks** leave 1 % to the law of the contact, calibrated on sets of another generator
-  ([how that turned out](fitted_forces.md)); none of eight misses the truth on `short`, three of four on `coastdown` (see peak
-  forces below).
+- **Intervals of peaks** allow 1 % for the contact law, calibrated on sets of another generator ([results](fitted_forces.md));
+  none of eight misses the true value on `short`, three of four on `coastdown` (see peak forces below).
 - **Speed.** The simulated rotor loses less speed in the first contacts and to constant drag than the rig's: 60 ms of motion
-  do not show a drag of a tenth of a newton metre, and the drag found in the whole record is not fed back into the fit.
-- **Amplitudes** of swing and lines in the coast-down agree in size, not in value: they depend on the last bounces. The rms of
-  the motion differs by several times for seconds on end, and meets the measured one again late in the run-down.
-- **Friction by sensitivity** varies one coefficient of both ends with all else as fitted by least squares; it is a check of
-  that fit, not a second measurement.
-- **Natural frequencies** have the intervals of the calibration alone. They are those of small motion about rest at the
-  static load, without damping; support masses are as the machine file has them (as fitted where they were let
-  free), and matter: without them the second vertical mode is 5 to 7 % off.
-- **Peak forces** are the greatest of all integration steps. The first blow of the inner ring is shorter than a sample of
+  do not show a drag of a tenth of a newton metre, and the drag estimated from the whole record is not used in the fit.
+- **Amplitudes** of swing and lines in the coast-down agree in order of magnitude only: they depend on the last bounces. The rms
+  of the motion differs by a factor of several for many seconds, and agrees with the measured one again late in the run-down.
+- **Friction by sensitivity** varies one coefficient of both ends with all other values as fitted by least squares; it is a check
+  of that fit, not a second measurement.
+- **Natural frequencies** have intervals from the calibration only. They are those of small motion about rest at the static
+  load, without damping; support masses are those of the machine file (or the fitted ones, where they were fitted). They matter:
+  without them the second vertical mode is 5 to 7 % off.
+- **Peak forces** are the greatest of all integration steps. The first impact of the inner ring is shorter than a sample of
   10 kHz: taken at the record's samples the same peaks are lower. The true ones of the coast-down set, for which it is not
   documented how they were taken, agree with the peaks at the samples better than with those of all steps.
-- Where the machine carries effects, the natural frequencies leave them out; the coast-down simulates them.
+- If the machine file contains effects, the natural frequencies exclude them; the coast-down includes them.
 """
 
 
@@ -169,7 +168,7 @@ def _values(calibration: Calibration, truth: dict[str, Any]) -> str:
         sums = values["radial_gap_m"] + values["ball_clearance_m"] / 2, gap.value + clearance.value / 2
         cells = f"{sums[0] * 1e6:.5g} um", f"{sums[1] * 1e6:.5g} um", f"{100 * (sums[1] / sums[0] - 1):+.1f} %"
         rows.append((f"{end}: gap and half the clearance", *cells, "", ""))
-    return _table("Fitted values", ("value", "true", "fitted", "off by", "inside", "said"), rows)
+    return _table("Fitted values", ("value", "true", "fitted", "error", "inside", "remark"), rows)
 
 
 def _inside(found: Estimate, true: float) -> str:
@@ -189,7 +188,7 @@ def _peaks(calibration: Calibration, names: Sequence[str], truth: dict[str, Any]
             cells = str(each.peak), apart[0], _inside(each.peak, true[k]), f"{sampled[k]:.0f} N", apart[1]
             rows.append((name, end, f"{true[k]:.0f} N", *cells))
     header = (
-        "drop", "end", "true", "greatest force within 0.2 s", "off by", "inside", "at the record's samples", "off by"
+        "drop", "end", "true", "greatest force within 0.2 s", "error", "inside", "at the record's samples", "error"
     )  # fmt: skip
     return _table("Peak forces", header, rows)
 
@@ -208,7 +207,7 @@ def _residuals(names: Sequence[str], seen: Sequence[Agreement]) -> str:
         "drop",
         *(f"{h * 1e3:.0f} ms" + ("" if h <= seen[0].fitted_to + 1e-9 else ", not fitted") for h in horizons),
     )
-    return _table("What is left, rms over the noise (1: noise alone)", header, rows)
+    return _table("Residual, rms over the noise (1: noise alone)", header, rows)
 
 
 def _contacts(names: Sequence[str], seen: Sequence[Agreement]) -> str:
@@ -226,9 +225,9 @@ def _contacts(names: Sequence[str], seen: Sequence[Agreement]) -> str:
                 cells += [f"{len(both)} of {len(pairs)}", apart]
             rows.append((name, end, *cells))
     header = (
-        "drop", "end", "paired while fitted", "touch apart (median)", "paired after, to 0.2 s", "touch apart (median)"
+        "drop", "end", "paired in the fit", "time difference (median)", "paired after it, to 0.2 s", "time difference (median)"
     )  # fmt: skip
-    return _table("Contacts, found by one rule in record and simulation", header, rows)
+    return _table("Contacts, found by the same rule in record and simulation", header, rows)
 
 
 def _friction(calibration: Calibration, names: Sequence[str], truth: dict[str, Any]) -> str:
@@ -255,7 +254,7 @@ def _natural(natural: NaturalFrequencies, names: Sequence[str], lines: Sequence[
             cells.append(f"{line.name}, {line.frequency} ({apart:+.1f} %)")
         massless = "–" if mode.massless is None else f"{mode.massless:.1f} Hz"
         rows.append((mode.direction, str(mode.frequency), massless, *cells))
-    header = ("mode", "computed", "massless supports", *(f"line of {name} (computed off by)" for name in names))
+    header = ("mode", "computed", "massless supports", *(f"line of {name} (error of the computed)" for name in names))
     return _table("Natural frequencies at rest on the bearings", header, rows)
 
 

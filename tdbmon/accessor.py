@@ -221,8 +221,8 @@ class TouchdownAccessor:
         filed = opened.drop_of(self._record.attrs["sha256"])
         if filed is not None and not read(opened.folder / filed.raw).equals(self._record):
             raise InputError(
-                f"{filed.raw_name}: this dataset was changed since it was read, and what is filed is the unchanged drop"
-                f" {filed.id}; write it to a file of its own (tdbmon.record.read.write) and read that"
+                f"{filed.raw_name}: this dataset was changed after it was read, but the archive holds the unchanged drop"
+                f" {filed.id}; write the dataset to a new file (tdbmon.record.read.write) and read that"
             )
         place = None if machine is None else Path(machine)
         judged = Judged(compare(opened, record_to_compare(opened, self._record, place, forces, silent)))

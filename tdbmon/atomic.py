@@ -114,7 +114,7 @@ def _to_disk(path: Path) -> None:
 
 
 def _refused(path: Path, error: OSError) -> InputError:
-    return InputError(f"{path}: cannot be written ({error.strerror or error}); choose another place")
+    return InputError(f"{path}: cannot be written ({error.strerror or error}); choose another folder")
 
 
 def write_bytes(path: Path, data: bytes) -> None:

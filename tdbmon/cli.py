@@ -82,7 +82,7 @@ def analyse(
         bool,
         typer.Option(
             "--forces",
-            help="fit the simulation to the first contacts: forces, stresses (half a minute; whole coast-downs longer)",
+            help="fit the simulation to the first contacts: forces, stresses (half a minute; whole coast-downs take longer)",
         ),
     ] = False,
     calibrated: Annotated[
@@ -93,7 +93,7 @@ def analyse(
         list[Path] | None,
         typer.Option(
             metavar="RECORD",
-            help="another drop of the machine in this condition, fitted at once (implies --forces); may be repeated",
+            help="another drop of the machine in this condition, fitted jointly (implies --forces); repeatable",
         ),
     ] = None,
 ) -> None:
@@ -113,13 +113,13 @@ def simulate(
         list[str] | None,
         typer.Option(
             metavar="ID:name=value,...",
-            help="an effect with its place, beside those of the machine file; repeatable",
+            help="an effect with its place, in addition to those of the machine file; repeatable",
         ),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="of the sensors' noise")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="seed of the sensors' noise")] = 0,
     sampling: Annotated[
         str | None,
-        typer.Option(help='sampling rate, e.g. "50 kHz"; 20 kHz, or what the keyphasor takes, where left out'),
+        typer.Option(help='sampling rate, e.g. "50 kHz"; default 20 kHz, or more if the keyphasor needs it'),
     ] = None,
     json_file: JsonFile = None,
 ) -> None:
@@ -154,10 +154,10 @@ def diagnose(
     ] = None,
     reference: Annotated[
         list[Path] | None,
-        typer.Option(metavar="RECORD", help="earlier drops: say what has changed since them"),
+        typer.Option(metavar="RECORD", help="earlier drops: report what has changed since"),
     ] = None,
 ) -> None:
-    """Find the effect that the model of a machine lacks: its kind, place and size, verified on a drop held out."""
+    """Find the effect that the model of a machine lacks: its kind, place and size, verified on a held-out drop."""
     from tdbmon.diagnosis import command
 
     command.diagnose(machine, records, json_file, report, extended, reference)
@@ -166,8 +166,8 @@ def diagnose(
 @app.command()
 def identifiability(
     machine: MachineFile,
-    speed: Annotated[list[str], typer.Option(help='speed at a release, e.g. "100 Hz"; once a drop')],
-    noise: Annotated[str, typer.Option(help="of each probe, rms")] = "0.3 um",
+    speed: Annotated[list[str], typer.Option(help='speed at the release, e.g. "100 Hz"; once for each drop')],
+    noise: Annotated[str, typer.Option(help="rms noise of each probe")] = "0.3 um",
     json_file: JsonFile = None,
 ) -> None:
     """Predict before any measurement what drops can identify: detectable sizes, effects that look alike, best next drop."""
@@ -187,7 +187,7 @@ def identifiability(
 
 @app.command()
 def effects(
-    identifier: Annotated[str | None, typer.Argument(metavar="ID", help="one effect, with its parameters")] = None,
+    identifier: Annotated[str | None, typer.Argument(metavar="ID", help="show one effect with its parameters")] = None,
 ) -> None:
     """List the catalogue of effects that a simulation or a machine file may include."""
     from tdbmon.effects_page import catalogue_lines, effect_lines

@@ -15,7 +15,7 @@ _HEAD = """# The catalogue of effects
 
 Made by `python -m tdbmon.effects_page` from the declarations in `sim/tdbsim/effects/`; do not edit. An effect is off while its
 first parameter has its default (`probe_runout`: both its amplitudes), and then changes no result. *Typical* is a size that a good
-record shows; the diagnosis starts fits there. On the command line:
+record shows; the diagnosis starts its fits there. On the command line:
 
     tdbmon simulate machine.toml --speed "100 Hz" --seconds 2 --effect oval_clearance:end=NDE,amplitude="20 um" --out drop.nc
 
@@ -26,9 +26,9 @@ and in a machine file:
     where = "NDE"
     amplitude = "20 um"
 
-**Where** is what `where` names (on the command line also `end`, `plane` or `probe`): a touchdown bearing or the probes of its end
-by the end's name, `both` for the two bearings alike, an unbalance plane or a disk of `[rotor]`, a probe. For an effect on the
-whole rotor it may be left out on the command line and is `"rotor"` in the machine file.
+**Where** says what `where` names (on the command line also `end`, `plane` or `probe`): a touchdown bearing or the probes of its
+end by the end's name, `both` for the same effect on both bearings, an unbalance plane or a disk of `[rotor]`, a probe. For an
+effect on the whole rotor it may be left out on the command line and is `"rotor"` in the machine file.
 """
 
 

@@ -164,15 +164,15 @@ def calibration_head(calibration: Calibration, machine_file: Path, remark: str =
     drops = ", ".join(fit.name for fit in calibration.drops)
     lines = [
         f"Written by tdbmon {__version__}: {machine_file.name} with the values fitted to {drops}.",
-        "Values with a tolerance are the fitted ones; the tolerances are as wide as there, now about these values.",
-        f"The fit left {calibration.misfit:.2f} times the noise of the probes.",
+        "Values with a tolerance are fitted; the tolerances have the same width as in that file, now about these values.",
+        f"The residual of the fit is {calibration.misfit:.2f} times the noise of the probes.",
     ]
     if calibration.undetermined:
         names = ", ".join(each.name for each in calibration.undetermined)
-        lines.append(f"Hardly determined by what was fitted: {names}.")
+        lines.append(f"Hardly determined by the fitted drops: {names}.")
     if calibration.at_bound:
         names = ", ".join(calibration.at_bound)
-        lines.append(f"Gone as far as they may, so the truth may lie beyond: {names}.")
+        lines.append(f"At a limit of their range, so the true value may lie beyond it: {names}.")
     if remark:
         lines.append(remark)
     return "\n".join(lines)

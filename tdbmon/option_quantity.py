@@ -27,7 +27,7 @@ def noise_of(text: str) -> float:
     """Return `--noise`, the noise of each probe in m rms (raises InputError if it is no length, has no unit or is <= 0)."""
     noise = _quantity("--noise", text, "m", '"0.3 um"')
     if noise <= 0:
-        raise InputError(f"--noise {text.strip()} must be positive; without noise everything shows")
+        raise InputError(f"--noise {text.strip()} must be positive; without noise every effect would be detectable")
     return noise
 
 

@@ -32,12 +32,12 @@ def check_outputs(outputs: Iterable[Path | None], inputs: Iterable[Path | None])
         if path is None:
             continue
         if not path.parent.is_dir():
-            raise InputError(f"{path}: the folder {path.parent} does not exist; make it first")
+            raise InputError(f"{path}: the folder {path.parent} does not exist; create it first")
         if path.is_dir():
             raise InputError(f"{path}: is a folder; name a file in it")
         if path.exists() and any(path.samefile(each) for each in read):
-            raise InputError(f"{path}: is a file that this command reads; name another, so that both stay")
+            raise InputError(f"{path}: is a file that this command reads; name another file, so that it is not overwritten")
         if path.resolve() in seen:
-            raise InputError(f"{path}: is named for two results; name two files")
+            raise InputError(f"{path}: is given for two results; name two files")
         seen.add(path.resolve())
         check_writable(path)

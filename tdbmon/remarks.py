@@ -47,7 +47,7 @@ def _joined(kind: list[tuple[str, str, str]]) -> str:
         others.setdefault(where, []).append(which)
     places = "; ".join(f"{where} {', '.join(filter(None, which))}".strip() for where, which in others.items())
     other_numbers = ", with other numbers," if len({said for _, _, said in kind}) > 1 else ""
-    return f"{_ended(told)} The same{other_numbers} of {places}"
+    return f"{_ended(told)} The same{other_numbers} for {places}"
 
 
 def _ended(words: str) -> str:

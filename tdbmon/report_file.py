@@ -26,7 +26,7 @@ def check_reports(paths: Sequence[Path] | None) -> None:
     for path in paths or ():
         if (suffix := path.suffix.lower()) not in (".html", ".pdf"):
             name = path.with_suffix(".html").name
-            raise InputError(f"{path}: a report is .html or .pdf, not '{suffix}'; name it {name}")
+            raise InputError(f"{path}: a report must be .html or .pdf, not '{suffix}'; name it {name}")
 
 
 def draw_reports(paths: Sequence[Path] | None, make: Callable[[Progress], Document]) -> None:

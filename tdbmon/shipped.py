@@ -17,4 +17,4 @@ def shipped(name: str) -> Path:
     for root in (here / "datasets", here.parent / "datasets"):
         if (root / name).exists():
             return root / name
-    raise FileNotFoundError(f"'{name}' does not ship with tdbmon")
+    raise FileNotFoundError(f"'{name}' is not shipped with tdbmon")

@@ -28,7 +28,7 @@ from tdbmon.unsettled_end import unsettled_lines
 _PROBE = ProbeChain(noise=0.25e-6, hum=0.1e-6, full_scale=1e-3)
 _GAPS = 3.0
 _LEVITATED_S = 0.1
-_COMPILING = "compiling the simulation, once on this machine: it takes up to a minute; then simulating"
+_COMPILING = "compiling the simulation (once on this computer, up to a minute), then simulating"
 _EXACT = "a simulated value, without an interval"
 _SAMPLED = "a simulated value, the greatest of the record's samples, without an interval"
 
@@ -69,7 +69,7 @@ def simulate_drop(
         if effect.is_off:
             first = effect.parameters()[0]
             raise InputError(
-                f"{effect.identifier()}: {first.name} is {first.text(first.off)}, where it does nothing;"
+                f"{effect.identifier()}: {first.name} is {first.text(first.off)}, so the effect does nothing;"
                 f" give it a size, e.g. {first.name}={first.text(first.typical)}"
             )
     progress("simulating" if is_compiled(plan.method) else _COMPILING)
@@ -91,12 +91,12 @@ def _numbers(drop: xr.Dataset, machine: Machine) -> dict[str, dict[str, Estimate
         if shaft[0] == 0.0:
             when = Estimate.missing("s", "the shaft does not turn")
         elif drop["peak_normal_force"].values[i] == 0.0:
-            when = Estimate.missing("s", "the shaft does not touch the ring in the time simulated")
+            when = Estimate.missing("s", "the shaft does not touch the ring within the simulated time")
         elif caught.size:
             at = float(drop["time"].values[caught[0]]) - release
-            when = Estimate(at, unit="s", method="first sample at 98 % of the journal's surface speed", why=_EXACT)
+            when = Estimate(at, unit="s", method="first sample with the ring at 98 % of the journal's surface speed", why=_EXACT)
         else:
-            when = Estimate.missing("s", "the ring does not come to turn with the journal in the time simulated")
+            when = Estimate.missing("s", "the ring does not reach the journal's speed within the simulated time")
         out[str(end)] = {"peak_force_n": peak, "peak_ball_load_n": ball, "ring_at_speed_s": when}
     return out
 
@@ -105,7 +105,7 @@ def _given_again(effects: Sequence[Effect]) -> list[str]:
     """Return a remark on each effect given more than once at a place, machine file included: none replaces another."""
     given = Counter((each.identifier(), each.where) for each in effects)
     return [
-        f"{name} is given {count} times for '{where}', machine file included: all of them act"
+        f"{name} is given {count} times for '{where}', machine file included: all of them act together"
         for (name, where), count in given.items()
         if count > 1
     ]
@@ -117,8 +117,8 @@ def simulation_lines(drop: xr.Dataset, machine: Machine, effects: Sequence[str])
     lines = [f"{drop.attrs['title']}; effects: {drop.attrs['effects'] or 'none'}", *_given_again(acting)]
     names = {
         "peak_force_n": "peak force on the ring",
-        "peak_ball_load_n": "peak of a ball, sampled",
-        "ring_at_speed_s": "ring at speed after",
+        "peak_ball_load_n": "peak ball load, sampled",
+        "ring_at_speed_s": "ring at shaft speed after",
     }
     for end, numbers in _numbers(drop, machine).items():
         lines.append(end)

@@ -28,8 +28,8 @@ def unsettled_lines(drop: xr.Dataset, machine: Machine) -> list[str]:
     if not ends:
         return []
     simulated = float(drop.time[-1]) - release
-    longer = f"--seconds {_USUAL_S:g} mostly does" if simulated < _USUAL_S else "simulate for longer"
+    longer = f"--seconds {_USUAL_S:g} is mostly enough" if simulated < _USUAL_S else "simulate for longer"
     return [
-        f"analyse will not tell radius, gap, first contact and stiffness of {' and '.join(ends)} from this record, which holds no"
-        f" {SETTLED_S:g} s of a shaft that lies on the ring: {longer}"
+        f"analyse cannot estimate radius, gap, first contact and stiffness of {' and '.join(ends)} from this record: the shaft"
+        f" does not lie on the ring for {SETTLED_S:g} s; {longer}"
     ]

@@ -35,16 +35,16 @@ HEAD = """\
 
 Written by `{command}`; do not edit. Each set is **synthetic**: four drops of one machine, nothing hidden, drawn from a seed
 by the generator in `tests/blind/`, which shares no code with `tdbsim` ([blind cases](blind.md) says how they are drawn, and
-what is strange in those with strange laws). The drops are fitted together to 60 ms, less far where neighbouring
-paths diverge fast, and to 90 ms where no more is left than noise and the model's growing error. They are simulated on to 0.2 s,
-as `tdbmon analyse --forces` does. The method was worked out on sets with seeds up to 313, and the share of a peak force that its
-interval leaves to the law of the contact was taken from them. The goals are those that the project has set itself. Intervals in
-brackets are 95 % (Wilson).{remark}
+what differs in those with strange laws). The drops are fitted together to 60 ms, to less where neighbouring
+paths diverge fast, and to 90 ms where the residual is no more than noise and the model's growing error. They are simulated to
+0.2 s, as `tdbmon analyse --forces` does. The method was developed on sets with seeds up to 313, and the share of a peak force
+that its interval allows for the contact law was calibrated on them. The goals are those that the project has set itself.
+Intervals in brackets are 95 % (Wilson).{remark}
 """
 BY_NOISE = """\
-The last column of the lower tables is the half width of a 95 % interval that noise leaves to any method that knows the model:
-from the inverse of the Fisher information to 60 ms, with what is known beforehand, the model's growing error counted as noise.
-Where it is far below the errors, they are not noise: the two programs differ, and fits end in a minimum beside the best.
+The last column of the lower tables is the least half width of a 95 % interval that any method with the true model can reach:
+from the inverse of the Fisher information to 60 ms, with the prior knowledge, the model's growing error counted as noise.
+Where it is far below the errors, these do not come from noise: the two programs differ, and fits end in a local minimum.
 """
 
 
@@ -215,18 +215,20 @@ def _section(outcomes: Sequence[SetOutcome]) -> list[str]:
         f"| peak force within 5 % | all | {share(sum(o <= 0.05 for o in offs), len(offs))} |",
         f"| peak force: median, 95th percentile and greatest of the errors | 5 % | {_percents(offs)} |",
         f"| peak force: mean of the errors | 0 | {100 * np.mean([p.off for p in peaks]):+.1f} % |",
-        f"| interval of the peak force holds the truth | 90 to 99 % | {share(sum(p.inside for p in peaks), len(peaks))} |",
+        f"| interval of the peak force contains the true value | 90 to 99 %"
+        f" | {share(sum(p.inside for p in peaks), len(peaks))} |",
         f"| its half width: median, 95th percentile and greatest | | {_percents(widths)} |",
-        f"| a drop leaves at most 1.3 times the noise in its first 60 ms | | {share(sum(x <= 1.3 for x in left), len(left))} |",
-        f"| what they leave: median, 95th percentile and greatest | | {_times(left)} |",
+        f"| residual of a drop in its first 60 ms at most 1.3 times the noise |"
+        f" | {share(sum(x <= 1.3 for x in left), len(left))} |",
+        f"| the residual over the noise: median, 95th percentile and greatest | | {_times(left)} |",
     ]
     for label, fields, goal, apart in _GOALS:
         chosen = [v for o in done for v in o.values if v.name.rpartition(".")[2] in fields]
         lines.append(f"| {label} | {goal} | {share(sum(apart(v) for v in chosen), len(chosen))} |")
     lines += [
         "",
-        "| value | median and greatest error | interval holds the truth | said to be hardly determined | half width, median"
-        " | that noise alone leaves, median and greatest |",
+        "| value | median and greatest error | interval contains the true value | reported as hardly determined"
+        " | half width, median | least possible, median and greatest |",
         "|---|---|---|---|---|---|",
     ]
     for field in dict.fromkeys(v.name.rpartition(".")[2] for o in done for v in o.values):
@@ -284,23 +286,23 @@ def main() -> None:
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     parser.add_argument("--sets", type=int, default=0, metavar="N", help="fit N sets of four drops")
-    parser.add_argument("--seed", type=int, default=1, help="of the first set; even ones have plain laws, odd strange")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the first set; even seeds have plain laws, odd ones strange")
     parser.add_argument(
         "--workers", type=int, default=all_cores(), metavar="N", help="processes that take part in a fit"
     )
-    parser.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="where outcomes are kept")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", required=True, help="folder for the outcomes")
     parser.add_argument(
-        "--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/fitted_forces.md by default"
+        "--page", type=Path, metavar="FILE", help="file of the page; default FOLDER/fitted_forces.md"
     )
-    parser.add_argument("--remark", default="", metavar="TEXT", help="goes to the page: how the sets were fitted")
+    parser.add_argument("--remark", default="", metavar="TEXT", help="remark for the page: how the sets were fitted")
     o = parser.parse_args()
     for seed in range(o.seed, o.seed + o.sets):
         found = fit_set(seed, o.out, o.workers)
         worst = max((abs(p.off) for p in found.peaks), default=math.nan)
         held = sum(p.inside for p in found.peaks)
         print(
-            f"{seed}: peaks off by up to {100 * worst:.1f} %, {held} of {len(found.peaks)} intervals hold,"
-            f" left {max(found.left, default=math.nan):.2f}  {found.seconds:.0f} s {found.error}",
+            f"{seed}: peaks off by up to {100 * worst:.1f} %, {held} of {len(found.peaks)} intervals contain the truth,"
+            f" residual {max(found.left, default=math.nan):.2f}  {found.seconds:.0f} s {found.error}",
             flush=True,
         )
     outcomes = [_load(path) for path in sorted(o.out.glob("set_*.json"))]

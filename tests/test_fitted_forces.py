@@ -25,7 +25,7 @@ def test_page_says_what_was_reached():
     assert "1 sets, 1 drops; 1 could not be fitted. Seeds 2, 4." in plain
     assert "| its half width: median, 95th percentile and greatest | | 6.1 %" in plain
     assert "| peak force within 5 % | all | 1/2 = 50 %" in plain
-    assert "| interval of the peak force holds the truth | 90 to 99 % | 1/2 = 50 %" in plain
+    assert "| interval of the peak force contains the true value | 90 to 99 % | 1/2 = 50 %" in plain
     assert "| peak force: mean of the errors | 0 | +5.0 % |" in plain
     assert "| friction within 0.01 | all | 0/1 = 0 %" in plain
     assert "| its phase within 5° | all | 1/1 = 100 %" in plain  # 2 degrees, not 358

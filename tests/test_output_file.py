@@ -53,7 +53,7 @@ def test_a_place_that_cannot_be_written_is_refused_before_anything_is_read(capsy
     record = str(folder / "drop_100.nc")
     code, out, err = run(capsys, "analyse", str(folder / "machine.toml"), record, "--json", "/proc/x.json")
     assert (code, out) == (2, "")
-    assert err.startswith("tdbmon: /proc/x.json: cannot be written") and "another place" in err
+    assert err.startswith("tdbmon: /proc/x.json: cannot be written") and "another folder" in err
     there = sorted(folder.iterdir())
     check_outputs([folder / "r.json"], [])
     assert sorted(folder.iterdir()) == there

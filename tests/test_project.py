@@ -80,7 +80,7 @@ def _counted(page: str, row: str) -> tuple[int, int]:
 def test_the_readme_counts_as_the_pages_do_that_it_points_to():
     readme = re.sub(r"\s+", " ", (ROOT / "README.md").read_text(encoding="utf-8"))
     near, all_ = _counted("fitted_forces.md", "peak force within 5 %")
-    inside, _ = _counted("fitted_forces.md", "interval of the peak force holds the truth")
+    inside, _ = _counted("fitted_forces.md", "interval of the peak force contains the true value")
     assert f"{near} of {all_} peak forces lie within 5 % of the truth and {inside} within their intervals" in readme
     right, cases = _counted("blind.md", "nothing hidden|one effect|two effects at once|outside the catalogue")
     assert f"of the last {cases} of them {right}" in readme
@@ -88,7 +88,7 @@ def test_the_readme_counts_as_the_pages_do_that_it_points_to():
 
 def test_what_is_said_of_the_intervals_of_forces_is_what_the_pages_count():
     """Numbers in words go stale when the fit changes: true | stated | off by | inside, in the tables of peak forces."""
-    inside, all_ = _counted("fitted_forces.md", "interval of the peak force holds the truth")
+    inside, all_ = _counted("fitted_forces.md", "interval of the peak force contains the true value")
     page = (ROOT / "docs" / "forces.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| \w+ \| \w+ \| \d+ N \|[^|]*\| ([+-][\d.]+) % \| (yes|\*\*no\*\*) \|", page, re.MULTILINE)
     outside = sorted(float(off) for off, held in rows if held != "yes")

@@ -86,19 +86,19 @@ def tracked_1x(analysis: Analysis) -> xr.Dataset:
     """
     tracks = analysis.tracks
     if tracks is None:
-        raise InputError("the record holds no keyphasor pulses, so that there is no phase")
+        raise InputError("the record holds no keyphasor pulses, so the phase is not known")
     if tracks.sizes["time"] < 2:
         raise InputError("the keyphasor covers fewer than 16 revolutions")
     first = tracks.sel(order=1.0)
     if not np.isfinite(first.amplitude).any():
-        raise InputError("no window of 1X has all its samples")
+        raise InputError("every window of 1X has missing samples")
     revolutions = tracks.attrs["window_revolutions"]
     high, low = float(first.speed.max()), float(first.speed.min())
     width = _BINS / revolutions * high
     if high - low < width:
         raise InputError(
-            f"the speed changes by {high - low:.2g} Hz in the record, and a window of {revolutions} revolutions, {width:.2g} Hz"
-            " wide, does not tell 1X at one of these speeds from 1X at another; a longer record is needed"
+            f"the speed changes by only {high - low:.2g} Hz in the record, less than the resolution of {width:.2g} Hz of a window"
+            f" of {revolutions} revolutions; a longer record is needed"
         )
     return first
 
@@ -136,7 +136,7 @@ def _lag(ax: Axes, part: xr.Dataset) -> None:
         degrees = np.rad2deg(np.mod(lag, 2 * np.pi))
         ax.plot(speed[clear], degrees[clear], ".", color=AXIS_COLOUR[axis], markersize=2.2, rasterized=True)
     if not (part.amplitude > _SEEN * part.sigma).any():
-        say(ax, "no amplitude stands out of the noise")
+        say(ax, "no amplitude exceeds the noise")
     ax.set_ylim(0, 360)
     ax.set_yticks([0, 90, 180, 270, 360])
 
@@ -149,7 +149,7 @@ def _polar(ax: Axes, part: xr.Dataset) -> None:
     speed = part.speed.to_numpy()
     clear = _clear(part).to_numpy()
     if clear.sum() < _FEWEST:
-        say(ax, "1X does not stand out of the noise")
+        say(ax, "1X does not exceed the noise")
         return
     x, y = value * np.cos(lag) * UM, -value * np.sin(lag) * UM
     # insignificant values are drawn too: where a swing crosses 1X the circle is greatest and least certain

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 @styled
 def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line]) -> Figure:
     """Draw natural frequencies against speed with orders of rotation, and measured lines over the speeds at which they appear."""
-    figure = new_figure(92, "Rotor at rest on its calibrated touchdown bearings · gyroscopics at each speed · undamped")
+    figure = new_figure(92, "Rotor at rest on its calibrated touchdown bearings · gyroscopic effect of each speed · undamped")
     ax = subplots(figure, 1, 1, Margins(15, 12, 11, 22))[0, 0]
     speeds = found.speeds
     top = 1.05 * max(float(found.against_speed.frequencies.max()), 1.0)
@@ -45,7 +45,7 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
                     color=BLACK,
                     markersize=3.5,
                     zorder=5,
-                    label="critical speed passed",
+                    label="critical speed, passed",
                 )
     if analysis.has_speed:
         for line in lines:
@@ -58,7 +58,7 @@ def campbell(found: NaturalFrequencies, analysis: Analysis, lines: Sequence[Line
                 linewidth=3.5,
                 alpha=0.45,
                 solid_capstyle="butt",
-                label="line of the record",
+                label="line in the record",
             )
     ax.axvline(found.speed, color=GREY, linestyle=":", linewidth=0.9, label="speed at the release")
     ax.set_xlim(0, speeds[-1])

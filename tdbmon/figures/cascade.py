@@ -51,13 +51,14 @@ def slowing_spectra(analysis: Analysis) -> xr.Dataset:
     """
     spectra = spectra_of(analysis)
     if not analysis.has_speed:
-        raise InputError("the record holds no speed to draw spectra against")
+        raise InputError("the record holds no speed as axis of the spectra")
     high, low = float(np.nanmax(analysis.speed_hz)), float(np.nanmin(analysis.speed_hz))
     if not high > 0:
-        raise InputError("the rotor stands still throughout the record; there is no speed to draw spectra against")
+        raise InputError("the rotor stands still throughout the record")
     if high - low < spectra.attrs["noise_bandwidth_hz"]:
         raise InputError(
-            f"the speed changes by {high - low:.2g} Hz in the record, less than the {spectra.attrs['noise_bandwidth_hz']:.2g} Hz"
-            f" that windows of {spectra.attrs['window_s']:.2g} s tell apart; the waterfall has the same spectra"
+            f"the speed changes by only {high - low:.2g} Hz in the record, less than the resolution of"
+            f" {spectra.attrs['noise_bandwidth_hz']:.2g} Hz of windows of {spectra.attrs['window_s']:.2g} s;"
+            " the waterfall shows the same spectra"
         )
     return spectra

@@ -95,7 +95,7 @@ def _whole(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normal
 
 def _near(ax: Axes, analysis: Analysis, end: str, course: Course, scale: Normalize) -> None:
     """Draw the settled positions alone."""
-    ax.set_title(f"{clipped(end, TITLE_LETTERS)}: from settling on, magnified")
+    ax.set_title(f"{clipped(end, TITLE_LETTERS)}: after settling, magnified")
     orbit_axes(ax)
     time, mean = course
     settled = _settled(analysis, end, time)

@@ -53,7 +53,7 @@ def coast_down_orders(whole: CoastDown, resonances: Sequence[Resonance]) -> Figu
             for each in resonances:
                 if each.order == order:
                     ax.axvline(
-                        each.critical, color=GREY, linestyle=":", linewidth=1.0, label="critical speed, computed"
+                        each.critical, color=GREY, linestyle=":", linewidth=1.0, label="computed critical speed"
                     )
             name_axis(ax, f"{{}} {order:g}X [µm 0-pk]", end)
     for ax in axes[-1]:

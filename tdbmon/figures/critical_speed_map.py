@@ -48,7 +48,7 @@ def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Seq
     `lines` of constant frequency are drawn through both.
     """
     first, second = found.support
-    note = f"Rotor at rest on its touchdown bearings · supports stiffened together, {second} in the fitted ratio to {first}"
+    note = f"Rotor at rest on its touchdown bearings · both supports varied, {second} in the fitted ratio to {first}"
     figure = new_figure(118, note)
     left, right = subplots(figure, 1, 2, Margins(15, 22, 20, 22, across=4), sharey=True)[0]
     top = _BEYOND * max(mode.frequency.value or 0.0 for mode in found.modes)
@@ -57,7 +57,7 @@ def critical_speed_map(found: NaturalFrequencies, analysis: Analysis, lines: Seq
     left.set_ylim(0, top)
     shown = [(line, hz) for line in lines if (hz := float(line.frequency.value or 0.0)) <= top]
     for _, hz in shown:
-        left.axhline(hz, color=PURPLE, linestyle=(0, (4, 2)), linewidth=0.8, label="line of the record")
+        left.axhline(hz, color=PURPLE, linestyle=(0, (4, 2)), linewidth=0.8, label="line in the record")
         right.axhline(hz, color="white", linestyle=(0, (1, 3)), linewidth=0.6)
     labels, edges_of = Labels(left, {"color": BLACK, "fontsize": 6}), left.get_xlim()
     for line, hz in shown:

@@ -101,7 +101,7 @@ def settled_stretch(analysis: Analysis) -> Stretch:
     revolutions = min(int(turns) - 1, _MOST)  # the first begins at the next pulse
     if revolutions < _FEWEST:
         raise InputError(
-            f"the shaft angle is known for {turns:.1f} revolutions on end after settling at {start:.4g} s; filtered"
+            f"the shaft angle is known for {turns:.1f} consecutive revolutions after settling at {start:.4g} s; filtered"
             f" orbits need {_FEWEST + 1}"
         )
     return Stretch(planes, angle, tuple(settled), start, revolutions)
@@ -128,7 +128,7 @@ def telling_stretch(analysis: Analysis) -> Stretch:
         return stretch
     raise InputError(
         f"over the {stretch.revolutions} revolutions after settling 1X is {float(size.max()) * UM:.2g} µm 0-pk at most, and the"
-        f" swing, which is not locked to the shaft, leaves ±{Z95 * float(sigma.max()) * UM:.3g} µm of itself in it"
+        f" swing, which is not locked to the shaft, adds an error of ±{Z95 * float(sigma.max()) * UM:.3g} µm"
     )
 
 
@@ -152,7 +152,7 @@ def _panel(ax: Axes, analysis: Analysis, cut: xr.Dataset, words: str) -> None:
     if "deviation" in cut:
         x, y = np.sqrt((cut.deviation**2).mean("sample")).sel(axis=["x", "y"]).to_numpy() * UM
         ax.annotate(
-            f"one revolution departs by\n±{x:.3g} (x), ±{y:.3g} (y) µm",
+            f"one revolution deviates by\n±{x:.3g} (x), ±{y:.3g} (y) µm",
             (0.03, 0.03),
             xycoords="axes fraction",
             fontsize=6,

@@ -132,7 +132,7 @@ def _half_sine(ax: Axes, first: FirstContact, t: np.ndarray, along: np.ndarray, 
     amplitude = float(shape @ (along[inside] - rest) / (shape @ shape))
     fine = np.linspace(t1, t2, 60)
     curve = rest + amplitude * np.sin(np.pi * (fine - t1) / (t2 - t1))
-    ax.plot((fine - origin) * 1e3, curve * UM, color=GREEN, linewidth=1.4, label="half a sine of the single mass")
+    ax.plot((fine - origin) * 1e3, curve * UM, color=GREEN, linewidth=1.4, label="half sine of the single mass")
 
 
 def _instants(ax: Axes, first: FirstContact, touching: float, rest: float, origin: float) -> None:

@@ -65,7 +65,7 @@ def fleet(members: list[Member]) -> Figure:
     shown = members[:_SHOWN]
     rows = math.ceil(len(shown) / _COLUMNS)
     more = f" · {len(members) - len(shown)} more machines not drawn" if len(members) > len(shown) else ""
-    figure = new_figure(28 + _ROW_MM * rows, f"Radius at rest less that of the first matching drop{more}")
+    figure = new_figure(28 + _ROW_MM * rows, f"Change of the radius at rest since the first matching drop{more}")
     axes = subplots(figure, rows, _COLUMNS, Margins(13, 3, 16, 18, across=4, down=16.5))
     of_all = [member.gaps() for member in shown]
     limits = [_limit_of(member, gaps) for member, gaps in zip(shown, of_all, strict=True)]

@@ -22,7 +22,7 @@ def forces(drop: DropForces) -> Figure:
         history = end.history
         name_axis(ax, "{} force [kN]", name)
         if not history.time.size:
-            say(ax, "the simulations differ from the release on")
+            say(ax, "the simulations diverge from the release on")
             continue
         together = history.time <= history.parted
         time = history.time[together] * 1e3
@@ -32,7 +32,7 @@ def forces(drop: DropForces) -> Figure:
         )
         ax.plot(time, history.force[together] / 1e3, color=BLUE, label="median", rasterized=True)
         if history.parted > history.time[-1]:
-            ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members have parted")
+            ax.axvline(history.parted * 1e3, color=GREY, linestyle=":", label="members diverge")
         ax.set_ylim(bottom=0)
     axes[-1].set_xlabel("time from the release [ms]")
     # a little beyond the later divergence: nothing is drawn after it

@@ -18,7 +18,7 @@ _LEAST = 0.05  # of the measured excursion: least range shown to either side
 @styled
 def friction_choice(found: FrictionChoice) -> Figure:
     """Draw distance of the orbits (above) and deepest excursion (below) against the friction coefficient, one column per end."""
-    note = f"One coefficient for both ends, all else as fitted · the first {found.seconds * 1e3:.0f} ms"
+    note = f"One coefficient for both ends, all other values as fitted · the first {found.seconds * 1e3:.0f} ms"
     figure = new_figure(112, note)
     ends = list(found.distance)
     axes = subplots(figure, 2, len(ends), Margins(17, 3, 14, 19, across=15, down=4), sharex=True)

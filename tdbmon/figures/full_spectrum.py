@@ -37,7 +37,7 @@ def full_spectrum(analysis: Analysis) -> Figure:
         If the record holds no displacement.
     """
     if analysis.planes is None:
-        raise InputError("the record holds no displacement whose spectra could be drawn")
+        raise InputError("the record holds no displacement")
     ends, stretches = analysis.seen_ends, _stretches(analysis)
     known = () if analysis.has_speed else ("no speed: no orders",)
     note = said(analysis, "Hann window over each stretch", *known)

@@ -75,7 +75,7 @@ def machine_courses(history: MachineHistory) -> Figure:
         if off:
             ax.plot(
                 [x for x, _ in off], [(s.value or 0) * factor for _, s in off], "o", color=VERMILION, markersize=8,
-                markerfacecolor="none", label="changed against those before", zorder=4,
+                markerfacecolor="none", label="changed against the earlier drops", zorder=4,
             )  # fmt: skip
         if course.step is not None:
             ax.axvline(place[course.step.id] - 0.5, color=GREY, linewidth=0.8, linestyle="--", label="step")

@@ -90,7 +90,7 @@ def force_against_place(
     speeds : sequence of float
         Speeds of the drops, Hz.
     """
-    note = "Every instant at which the missing force passes its 95 % band · angle from +x (right) towards +y (up)"
+    note = "All instants at which the missing force is outside its 95 % band · angle from +x (right) towards +y (up)"
     more, drops = legend_room(len(forces), _COLUMNS, 3), short_names([each.drop for each in forces])
     figure = new_figure(22 + more + 66 * len(ends), note)
     axes = subplots(figure, len(ends), 2, Margins(16, 3, 12, 22 + more, across=16, down=18))
@@ -118,7 +118,7 @@ def force_against_place(
         orbit.set_title(
             f"{title}: up to {strongest:{'.0f' if strongest > 10 else '.2g'}} N, the {arrows} strongest"
             if strongest
-            else f"{title}: no force passes its band"
+            else f"{title}: no force outside its band"
         )
         angle.set_title(f"{title}: ● outwards   ✕ counter-clockwise")
         angle.axhline(0, color=GREY, linewidth=0.6)

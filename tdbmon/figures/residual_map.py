@@ -26,10 +26,10 @@ def residual_map(models: Mapping[str, Sequence[LeftOver]]) -> Figure:
     """Draw the whitened rms of every probe of every drop in bins of half a millisecond, one panel per model."""
     drops = next(iter(models.values()))
     rows = sum(len(left.probes) for left in drops)
-    note = "rms of the whitened residual, times the noise: 1 where nothing but noise is left · bins of 0.5 ms"
+    note = "rms of the whitened residual, in units of the noise: 1 for noise alone · bins of 0.5 ms"
     panels = {name: [_binned(left) for left in lefts] for name, lefts in models.items()}
     if any(np.isnan(values).any() for each in panels.values() for _, values in each):
-        note += " · blank where nothing was measured"
+        note += " · blank: not measured"
     figure = new_figure(26 + _ROW_MM * rows, note)
     axes = subplots(figure, 1, len(models), Margins(30, 22, 15, 11, across=5), sharey=True)[0]
     highest = max(float(np.nanmax(values)) for each in panels.values() for _, values in each)

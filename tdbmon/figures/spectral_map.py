@@ -46,7 +46,7 @@ def spectra_of(analysis: Analysis) -> xr.Dataset:
     if analysis.planes is None:
         raise InputError("the record holds no displacement")
     if analysis.waterfall is None:
-        raise InputError("no stretch of the record as long as a window has all its samples")
+        raise InputError("every stretch of the record as long as a window has missing samples")
     return analysis.waterfall
 
 

@@ -47,7 +47,7 @@ def speed_decay(analysis: Analysis) -> Figure:
     """
     rundown = analysis.rundown
     if rundown is None or not analysis.has_speed:
-        raise InputError("the record holds no speed to draw")
+        raise InputError("the record holds no speed")
     time, speed = analysis.speed_time, analysis.speed_hz
     means, spreads, at = _binned(time, speed)
     each = len(time) / len(at)
@@ -143,7 +143,7 @@ def _coast_down(ax: Axes, rundown: RunDown) -> None:
         return
     times, speeds = zip(*((time, share * initial) for time, share in shown), strict=True)
     shares = " and ".join(percent(share) for _, share in shown)
-    ax.plot(times, speeds, "o", color=BLACK, fillstyle="none", label=f"{shares} of the speed at the release left")
+    ax.plot(times, speeds, "o", color=BLACK, fillstyle="none", label=f"{shares} of the speed at the release")
 
 
 def _standstill(ax: Axes, rundown: RunDown, turns: bool) -> None:
@@ -153,6 +153,6 @@ def _standstill(ax: Axes, rundown: RunDown, turns: bool) -> None:
         why = "throughout" if not turns else "beyond the record" if still.value is not None else "not estimated"
         ax.annotate(f"standstill: {why}", (0.99, 0.93), xycoords="axes fraction", ha="right", va="top", color=GREY)
         return
-    ax.axvline(still.value, color=PURPLE, label="standstill, and the range that it lies in")
+    ax.axvline(still.value, color=PURPLE, label="standstill, with its range")
     if still.low is not None and still.high is not None:
         ax.axvspan(max(still.low, left), min(still.high, right), color=PURPLE, alpha=0.2, linewidth=0)

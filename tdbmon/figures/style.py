@@ -204,7 +204,7 @@ def not_told(ax: Axes, drop: int, marker: str, place: int = 0) -> None:
     """Mark a drop without a value at the lower edge; each series of the axes at its own `place`."""
     ax.plot(
         drop, 0.07 + 0.1 * place, marker, color=GREY, markersize=3.5, markerfacecolor="none", markeredgewidth=0.7,
-        linestyle="none", transform=ax.get_xaxis_transform(), label="not told by the drop judged",
+        linestyle="none", transform=ax.get_xaxis_transform(), label="no value in the drop judged",
     )  # fmt: skip
 
 

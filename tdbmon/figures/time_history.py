@@ -47,12 +47,12 @@ def time_history(analysis: Analysis, start: float | None = None, stop: float | N
     """
     planes = analysis.planes
     if planes is None:
-        raise InputError("the record holds no displacement to draw")
+        raise InputError("the record holds no displacement")
     time = planes.time.to_numpy()
     start, stop = float(time[0]) if start is None else start, float(time[-1]) if stop is None else stop
     inside = slice(*np.searchsorted(time, [start, stop]))
     thinned = inside.stop - inside.start > 2 * _BINS
-    how = "least and largest of each bin drawn" if thinned else "every sample drawn"
+    how = "least and greatest of each bin drawn" if thinned else "every sample drawn"
     ends = analysis.seen_ends
     figure = new_figure(16 + 23 * 2 * len(ends), said(analysis, "not filtered", how))
     axes = subplots(figure, 2 * len(ends), 1, Margins(17, 3, 10, 16, down=4), sharex=True)[:, 0]
@@ -90,7 +90,7 @@ def _clearance(ax: Axes, analysis: Analysis, end: str, axis: str) -> None:
     if gap is None:
         return
     middle = gap.place[0 if axis == "x" else 1]
-    for sign, label in ((1, "clearance circle at rest load"), (-1, None)):
+    for sign, label in ((1, "clearance circle at static load"), (-1, None)):
         ax.axhline((middle + sign * gap.size) * UM, color=BLACK, linewidth=0.8, linestyle=(0, (4, 2)), label=label)
 
 

@@ -81,7 +81,7 @@ def _draw(ax: Axes, change: Change, place: dict[str, int], current: str) -> None
     elif trend is not None and trend.p <= SEEN and trend.slope.value is not None:
         slope = trend.slope.value * factor
         ax.plot(at, np.median(values - slope * at) + slope * at, color=GREEN, linewidth=0.9)
-    mark = "  · changed" if change.flag else "  · not told" if change.estimate.value is None else ""
+    mark = "  · changed" if change.flag else "  · no value" if change.estimate.value is None else ""
     ax.set_title(change.title + mark, fontsize=7)
     ax.set_ylabel(axis_name(change.kind))
 

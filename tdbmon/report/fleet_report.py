@@ -34,10 +34,10 @@ def build_fleet_report(members: list[Member]) -> Document:
                 (
                     Figure(
                         "fleet",
-                        "Radius at rest of the drop by which each machine is judged and of those that match it, less that of the"
-                        " first, with 95 % intervals of each drop's own estimate; worst machine first. All panels share the"
-                        " scale. Line across: where growth reaches the limit, at the end that is there first. Grey, at the lower"
-                        " edge: not told by the drop by which the machine is judged.",
+                        "Change of the radius at rest since the first of the matching drops, up to the drop by which each machine"
+                        " is judged, with 95 % intervals of each drop's own estimate; worst machine first. All panels share the"
+                        " scale. Horizontal line: limit of growth, of the end that reaches it first. Grey, at the lower"
+                        " edge: not estimated from the drop by which the machine is judged.",
                         "A panel for each machine with the change of the radius at rest at each end against the drop.",
                         partial(fleet, members),
                     ),
@@ -58,7 +58,7 @@ def _reasons(members: list[Member]) -> list[Section]:
     untold = [(m.machine, reason) for m in members for reason in not_compared_sentences(m.comparison)]
     tables = (
         _listed("Why", ("Machine", "Drop", "Reason"), why),
-        _listed("Not compared", ("Machine", "Quantities, and why"), untold),
+        _listed("Not compared", ("Machine", "Quantities and reason"), untold),
     )
     blocks = tuple(table for table in tables if table.rows)
     return [Section("Reasons", blocks)] if blocks else []
@@ -94,8 +94,8 @@ def _table(members: list[Member]) -> Table:
             not_compared_count(member.comparison),
         )
         rows.append(Row(cells, WORDS[member.verdict.word][1]))
-    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed", "Not compared")
-    return Table("Each machine by its alarm that stands, else by its latest drop", header, tuple(rows))
+    header = ("Machine", "Verdict", "By the drop", "Drops", "Latest", "Changed", "Not compared")
+    return Table("Each machine, judged by its standing alarm, otherwise by its latest drop", header, tuple(rows))
 
 
 def _life_table(members: list[Member]) -> Table:
@@ -113,7 +113,7 @@ def _life_table(members: list[Member]) -> Table:
         rows.append(Row(tuple(cells), "attention" if used_up else "plain"))
     header = ["Machine", "Full drops", "Agreed"]
     header += ["Damage, drops"] * damaged + ["Margin, drops"] * agreed + ["Greatest stress (of the limit)"] * stressed
-    return Table("Drops against the agreed number, and the hardest one", tuple(header), tuple(rows))
+    return Table("Number of drops against the agreed number, and the greatest stress", tuple(header), tuple(rows))
 
 
 def _damage(life: Life) -> str:
@@ -134,6 +134,6 @@ def _finding(members: list[Member]) -> Finding:
     """Return the number of machines with standing alarms, and of those with too few drops, which do not count as good."""
     alarms = sum(bool(m.standing) for m in members)
     few = sum(m.verdict.word == "too few drops" for m in members)
-    asks = f"{alarms or 'None'} of {len(members)} machines {'asks' if alarms < 2 else 'ask'} for attention"
+    asks = f"{alarms or 'None'} of {len(members)} machines {'needs' if alarms < 2 else 'need'} attention"
     also = f"; {few} {'has' if few == 1 else 'have'} too few matching drops for a verdict" if few else ""
     return Finding(f"{asks}{also}.", "attention" if alarms else "plain" if few else "good")

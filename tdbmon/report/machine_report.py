@@ -61,20 +61,20 @@ def _courses(history: MachineHistory) -> Section:
     from tdbmon.figures.machine_courses import machine_courses, shown_courses
 
     rows = tuple(_trend_row(c) for c in history.courses if c.slope.known or c.step is not None)
-    shown = "; dotted: another assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
+    shown = "; dotted: a new assembly from there on" if len({e.assembly for e in history.entries}) > 1 else ""
     steps = (
         "; dashed: where a step describes the drops better than a slope"
         if any(c.step for c in shown_courses(history))
         else ""
     )
-    rings = "; rings: changed against the drops before that were not ringed themselves" if history.flagged else ""
+    rings = "; rings: changed against the earlier drops without a ring" if history.flagged else ""
     blocks: list[Block] = [
         Figure(
             "machine-courses",
-            f"What was flagged in any {'judged ' * (len(history.judged) < len(history.entries))}drop, and the main quantities,"
-            " over all drops in their order, with 95 % intervals as far"
-            f" as they are known; a colour for each class of speed{rings}{steps}{shown}.",
-            "For each quantity, its value against the drop.",
+            f"The quantities flagged in any {'judged ' * (len(history.judged) < len(history.entries))}drop, and the main"
+            " quantities, over all drops in their order, with 95 % intervals where"
+            f" they are known; one colour for each class of speed{rings}{steps}{shown}.",
+            "For each quantity, its value in each drop.",
             partial(machine_courses, history),
         )
     ]
@@ -84,12 +84,12 @@ def _courses(history: MachineHistory) -> Section:
     blocks += _without_ring(history)
     if rows:
         blocks += [
-            Table("Trends over all drops", ("Quantity", "Drops", "Slope a drop (95 %)", "Step"), rows),
+            Table("Trends over all drops", ("Quantity", "Drops", "Slope per drop (95 %)", "Step"), rows),
             Paragraph(
-                "One slope by least squares, with a level of its own for each speed and each assembly, or one step of all levels"
-                " at once (change point, permutation test) where it describes the drops better (Schwarz's criterion): then there"
-                " is no rate a drop. Marked where the slope's interval leaves out zero, or a step has p ≤ 5 %, as one in twenty"
-                " does by chance."
+                "One slope by least squares, with a separate level for each speed and each assembly. Where one step of all"
+                " levels at once (change point, permutation test) describes the drops better (Schwarz's criterion), it replaces"
+                " the slope. A row is marked if the slope's interval excludes zero or a step has p ≤ 5 %; by chance"
+                " one in twenty is."
             ),
         ]
     else:
@@ -112,9 +112,9 @@ def _without_ring(history: MachineHistory) -> list[Block]:
     level = stated_percent(history.last.comparison.settings.compare.significance)
     return [
         Paragraph(
-            f"At the level of the ringed drops just before, yet without a ring: {'; '.join(found)}. They are held against the"
-            " same earlier drops, but their own values are less certain, or others of their quantities less clear: p above"
-            f" {level} is not beyond chance."
+            f"At the level of the ringed drops just before, but without a ring: {'; '.join(found)}. They are compared with the"
+            " same earlier drops, but their own values are less certain, or their other quantities differ less clearly: with p"
+            f" above {level} a difference may be due to chance."
         )
     ]
 

@@ -12,10 +12,10 @@ from tdbmon.validation import case_study, first_drop, publication_one, publicati
 HEAD = """# Validation against published numbers
 
 Made by `python -m tdbmon.validation` from runs; do not edit. Source: N. Neisi, doctoral dissertation on touchdown bearings
-(LUT University), with its Publications I and II. Published numbers and what the machines' files state are inputs;
+(LUT University), with its Publications I and II. Published numbers and the values in the machine files are inputs;
 everything else is computed when this file is made. The machines are in `datasets/machines/`, where each file says what is
-printed and what is assumed: the shafts' drawings are in figures only. Nothing is tuned to match. Forces and values that are
-fitted to synthetic drops stand beside the true ones in [forces](forces.md) and [fitted forces](fitted_forces.md).
+printed and what is assumed: the shafts' dimensions are given in figures only. Nothing is tuned to match. Forces and values
+fitted to synthetic drops are compared with the true ones in [forces](forces.md) and [fitted forces](fitted_forces.md).
 """
 
 

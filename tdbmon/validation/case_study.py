@@ -124,7 +124,7 @@ def chapter() -> str:
     return f"""## Case study: the measured generator rotor
 
 Neither drawing nor mass of the rotor is printed, nor are the initial positions of the drops. The rotor is assumed
-({rotor.total_mass:.1f} kg, heavier at the drive end), so forces, stresses and bending modes compare in kind only.
+({rotor.total_mass:.1f} kg, heavier at the drive end), so forces, stresses and bending modes can be compared only qualitatively.
 
 {table(rows)}
 
@@ -133,15 +133,15 @@ Stress of the most loaded ball within 0.2 s, greatest / average over time, MPa; 
 
 {grid(["drop", "end", "printed", "ours, printed scale", "ours, correct", "peak force", "fatigue sum"], body)}
 
-- Under the printed forces the paper's scale comes nearer to the printed stresses than correct Hertz does. What is left
-  means {more:.2f} times our ball load; ball diameter, conformity and clearance of the XCB71914 are not printed. The ratio of
-  the two ends needs no such assumption and agrees.
+- Under the printed forces the paper's scale is nearer to the printed stresses than correct Hertz is. The remaining difference
+  corresponds to {more:.2f} times our ball load; ball diameter, conformity and clearance of the XCB71914 are not printed. The
+  ratio of the two ends needs no such assumption and agrees.
 - **Not reproduced**: the peak forces. Rotor and initial positions are assumed, and the rotor falls from the centre.
 - Equivalent stiffness, balls and support in series at the rotor's weight: {equivalent}.
 - Standstill after {STANDSTILL:.0f} s is {STANDSTILL / decay:.0f} time constants of the {decay:.0f} s that the file assumes;
-  an exponential alone never stands still, so this is no check.
+  an exponential alone never reaches standstill, so this is no check.
 - The printed average is over the samples of one drop, whose definition (all balls, the worst one, contact only) is not
-  printed; ours is of the worst ball, with the time in flight as zero.
+  printed; ours is for the worst ball, with zero stress during flight.
 """
 
 

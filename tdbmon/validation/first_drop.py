@@ -129,7 +129,7 @@ def _wider(size: float, seconds: float) -> Contacts:
 
 
 CANDIDATES = (
-    Candidate("magnetic force fades, time constant", "ms", _decaying, 0.0, 3.0),
+    Candidate("decaying magnetic force, time constant", "ms", _decaying, 0.0, 3.0),
     Candidate("rotor starts higher, both ends", "µm", _higher, 0.0, 200.0),
     Candidate("rotor starts upwards, both ends", "mm/s", _upwards, 0.0, 30.0),
     Candidate("gap wider than 300 µm, both ends", "µm", _wider, 0.0, 200.0),
@@ -162,7 +162,7 @@ def chapter() -> str:
             Comparison(f"start of contact {k + 1}", 1e3 * printed, 1e3 * start, "ms")
             for k, (printed, start) in enumerate(zip(PRINTED, ours.starts[:3], strict=True))
         ),
-        Comparison("length of the first contact", 1e3 * PRINTED_DURATION, 1e3 * (ours.ends[0] - ours.starts[0]), "ms"),
+        Comparison("duration of the first contact", 1e3 * PRINTED_DURATION, 1e3 * (ours.ends[0] - ours.starts[0]), "ms"),
         Comparison("greatest load of a ball in it", 794, ours.peak_ball_load, "N"),
     ]
     to_ring = math.sqrt(2 * (300e-6 + ours.ring_rest) / gravity)
@@ -192,29 +192,29 @@ def chapter() -> str:
 
 {table(rows)}
 
-Ours comes {1e3 * (ours.starts[0] - fall):.2f} ms after the free fall through the gap. Most of that is the bearing's clearance:
-the inner ring hangs {1e6 * ours.ring_rest:.1f} µm below the centre, and the fall to there takes {1e3 * to_ring:.2f} ms.
-What could make up the rest, each alone; the last column is the whole
-sequence at the size that puts the first contact at {1e3 * PRINTED[0]:.2f} ms:
+Our first contact comes {1e3 * (ours.starts[0] - fall):.2f} ms after the free fall through the gap. Most of that is the bearing's
+clearance: the inner ring hangs {1e6 * ours.ring_rest:.1f} µm below the centre, and the fall to it takes {1e3 * to_ring:.2f} ms.
+Possible causes of the rest, each alone; the last column is the whole
+sequence at the size that gives the first contact at {1e3 * PRINTED[0]:.2f} ms:
 
 {grid(["candidate", "size needed", "delay by a tenth of it", "contacts 1 to 3"], body)}
 
-The whirl by the printed unbalance moves the first contact between {1e3 * early:.2f} and {1e3 * late:.2f} ms with the
-shaft's angle at the release: it cannot be the cause. A steady force that carries {100 * held:.0f} % of the weight would do
-it too (closed form). The gap would have to be {100 * wider / 300:.0f} % wider than printed.
+The whirl by the printed unbalance shifts the first contact between {1e3 * early:.2f} and {1e3 * late:.2f} ms with the
+shaft's angle at the release: it cannot be the cause. A steady force that carries {100 * held:.0f} % of the weight would also
+suffice (closed form). The gap would have to be {100 * wider / 300:.0f} % wider than printed.
 The later contacts are **not reproduced** by any of them: the second comes after {min(seconds):.1f} to {max(seconds):.1f} ms, not
 {1e3 * PRINTED[1]:.1f} ms, because our first contact lasts longer, and the flight after it
 {1e3 * (ours.starts[1] - ours.ends[0]):.1f} ms, not {1e3 * (PRINTED[1] - PRINTED[0] - PRINTED_DURATION):.1f} ms:
 
 {grid(["what is changed, both ends", "contacts 1 to 3", "length of the first", "its peak force"], changes)}
 
-- The length of 2 ms is **not reproduced** on the printed support: half the period of the end's share of the mass on
-  5·10⁷ N/m alone is {1e3 * half_period:.2f} ms, without the compliance of bearing and shaft. It comes out only where shaft and
-  support hardly yield, so the paper's run may not have had the support that it prints, or a far lighter end.
+- The duration of 2 ms is **not reproduced** with the printed support: half the period of the end's share of the mass on
+  5·10⁷ N/m alone is {1e3 * half_period:.2f} ms, without the compliance of bearing and shaft. It results only if shaft and
+  support are nearly rigid, so the paper's run may have had another support than printed, or a far lighter end.
 - The printed flight after the first contact is shorter than ours; only more damping in the support shortens it here.
-- Nor can the printed load of the balls, if it is their greatest, stop the rotor in that time: their resultant,
+- The printed load of the balls, if it is their greatest, cannot stop the rotor in that time either: their resultant,
   {resultant:.0f} N, as a half sine of 2 ms is an impulse of {half_sine:.2f} N s; an end of {mass:.1f} kg falls at
   {1e3 * speed:.0f} mm/s and needs {mass * speed:.2f} N s to stop, and more to rebound. Ours is {ours.impulse:.2f} N s,
   with a peak of {ours.peak_force:.0f} N.
-- The shaft's drawing is missing; the stand-in has the printed mass and inertias.
+- The shaft's drawing is missing; the substitute shaft has the printed mass and inertias.
 """

@@ -163,13 +163,13 @@ def chapter() -> str:
     printed_8 = float(printed_pressure(BEARING_6016, np.array(load_8))) * 1e-6
     largest, least = max(e.resultant for e in found), min(e.resultant for e in found)
     rows = [
-        Comparison("stress of ball 8 under 794 N, paper's scale", 2014, printed_8, "MPa", "fits, 2 missing in a³"),
+        Comparison("stress of ball 8 under 794 N, paper's scale", 2014, printed_8, "MPa", "fits, factor 2 missing in a³"),
         Comparison(
             "the same, exact Hertz",
             2014,
             exact,
             "MPa",
-            f"what we compute: the printed scale is {printed_8 / exact:.3f} times it",
+            f"our result; the printed scale is {printed_8 / exact:.3f} times it",
         ),
     ]
     for deviation, published in ((5e-6, 0.29), (-2e-6, -0.105)):
@@ -179,23 +179,23 @@ def chapter() -> str:
     slope = -0.105 / -2
     return f"""## Publication I: stresses at the first contact of the 6016
 
-The resultant of each row's printed stresses is put on the balls, and must come out as printed. Columns: the stress on
-the paper's scale with the paper's fits for the stiffness; its deviation; the deviation with exact elliptic integrals;
+The resultant of each row's printed stresses is applied to the balls; the stresses should come out as printed. Columns: the
+stress on the paper's scale with the paper's fits for the stiffness; its deviation; the deviation with exact elliptic integrals;
 the correct stress (exact Hertz). MPa.
 
 {grid(["arrangement", "ball", "printed", "ours, printed scale", "deviation", "deviation, exact", "correct stress"], body)}
 
 With the paper's fits the distribution agrees to {100 * worst:.2f} % in all nine arrangements; with exact integrals to
 {100 * worst_exact:.2f} % (the fits are {100 * (fitted_stiffness(BEARING_6016) / BEARING_6016.stiffness - 1):.1f} % stiffer,
-which shows at the least loaded balls).
+which affects the least loaded balls most).
 
 {table(rows)}
 
-- The printed stresses are Hertz's times 2^(2/3) = {2 ** (2 / 3):.3f}: the factor that is lost when 1/E' = Σ(1 − ν²)/E
+- The printed stresses are Hertz's times 2^(2/3) = {2 ** (2 / 3):.3f}: the factor that results if 1/E' = Σ(1 − ν²)/E
   is used in a formula that needs 2/E' on its left side.
-- The printed arrangements do not carry one load, though the paper says so: their resultants go from
+- The printed arrangements do not carry the same load, although the paper says so: their resultants range from
   {least:.0f} to {largest:.0f} N.
-- The two printed changes of stiffness do not fit each other: {slope:.4f} % a micrometre of the smaller ball gives
-  {5 * slope:+.2f} % for +5 µm, near ours, not the +0.29 % that the text takes from a figure. The fits give the printed
+- The two printed changes of stiffness are inconsistent: {slope:.4f} % per micrometre of the smaller ball gives
+  {5 * slope:+.2f} % for +5 µm, near ours, not the +0.29 % that the text reads from a figure. The fits reproduce the printed
   −0.105 % to {abs(100 * stiffness_change(-2e-6, True) + 0.105):.3f} points.
 """

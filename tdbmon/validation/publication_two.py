@@ -39,7 +39,7 @@ def pair_of_71914() -> tuple[TouchdownBearing, BearingHeat]:
     """Return the pair of 71914 and its thermal data from the machine file."""
     bearing = machine().bearing(PAIR)
     if bearing.heat is None:
-        raise InputError(f"touchdown_bearing '{PAIR}' of {machine().name}: the file tells of no heat")
+        raise InputError(f"touchdown_bearing '{PAIR}' of {machine().name}: the file has no [touchdown_bearing.heat]")
     return bearing, bearing.heat
 
 
@@ -136,12 +136,14 @@ def chapter() -> str:
                    f"f1 = {law.load_factor:g} assumed; mean over 1 ms: {mean_torque:.2g} N m"),
         Comparison("heat of the inner races, settled, 71914", 50, inner, "W", f"f2 = {law.speed_factor:g} assumed"),
         Comparison("heat of the outer races, settled, 71914", 60, outer, "W"),
-        Comparison("inner over outer race", 50 / 60, inner / outer, "", "free of f1 and f2 but for spin"),
-        Comparison("inner ring warmer", 3.5, float(rise.sel(node="inner_ring").max()), "K"),
-        Comparison("balls warmer", 1.5, float(rise.sel(node="balls").max()), "K", "printed: 294.5 K, ambient 293 K"),
-        Comparison("outer ring warmer", 0.2, float(rise.sel(node="outer_ring").max()), "K", "printed: 293.2 K"),
-        Comparison("inner ring over shaft", 6, float(rise.sel(node="inner_ring").max() / rise.sel(node="shaft").max()),
-                   "", "printed: approximately six times"),
+        Comparison("inner over outer race", 50 / 60, inner / outer, "", "independent of f1 and f2 except for spin"),
+        Comparison("temperature rise of the inner ring", 3.5, float(rise.sel(node="inner_ring").max()), "K"),
+        Comparison("temperature rise of the balls", 1.5, float(rise.sel(node="balls").max()), "K",
+                   "printed: 294.5 K, ambient 293 K"),
+        Comparison("temperature rise of the outer ring", 0.2, float(rise.sel(node="outer_ring").max()), "K", "printed: 293.2 K"),
+        Comparison("temperature rise, inner ring over shaft", 6,
+                   float(rise.sel(node="inner_ring").max() / rise.sel(node="shaft").max()), "",
+                   "printed: approximately six times"),
     ]  # fmt: skip
     without = [drop((), angle) for angle in ANGLES]
     body = []
@@ -165,31 +167,33 @@ def chapter() -> str:
     return f"""## Publication II: forces and heat of the drop from 15200 rpm
 
 Machine: `datasets/machines/motor_6014_71914.toml`. The pair of 71914 is integrated together with its temperatures
-(`tdbsim.heat_coupling`): growth moves gap and clearance, and the torque brakes the ring, every millisecond.
+(`tdbsim.heat_coupling`): thermal growth changes gap and clearance, and the torque brakes the ring, updated every millisecond.
 
 {table(rows)}
 
 With waves in the inner races and in the bores, both ends: change of the races' heat over the last 0.05 s, mean and
 standard deviation over releases at {len(ANGLES)} shaft angles, and the inner ring's temperature.
 
-{grid(["waves", "printed change", "inner races", "outer races", "printed warmth", "inner ring"], body)}
+{grid(["waves", "printed change", "inner races", "outer races", "printed temperature rise", "inner ring"], body)}
 
-- Peak and settled force, the rings' spin-up (the deep groove bearing first) and the heat of rubbing stand beside the
-  printed ones without any fit; the text does not say of which end the printed forces and heats are.
-- **Not reproduced**: the heat of the races, which depends on f1 and f2, and these are not printed. From the printed
+- Peak and settled force, the rings' spin-up (the deep groove bearing first) and the heat of rubbing are compared with the
+  printed ones without any fit; the text does not say to which end the printed forces and heats belong.
+- **Not reproduced**: the heat of the races, which depends on f1 and f2, which are not printed. From the printed
   0.14 N m our forces give f1 = {law.load_factor * 0.14 / greatest:.2g}, and the printed 110 W of both races then
   f2 = {implied:.2g}, below Palmgren's for any lubricant; the paper itself doubts the law for oil-free bearings.
 - **Not reproduced**: 8 K with waves of 4 µm, and changes of 10, 7 and 5 % beyond the spread of single drops. The heat of
   rubbing is tied to the ring's inertia: whatever the force, a ring that friction alone spins up from rest to the shaft's
-  speed takes half J omega² = {spun:.0f} J of heat; ours, braked by its torque, has rubbed {friction_work:.0f} J, and
-  holds {ring_heat:.0f} J as warmth, the races' share included, while the rest is in shaft and balls. Waves change the force,
-  not this.
-- **Not reproduced**: the shaft's warmth. The network's expressions are not printed, nor the piece of shaft that takes
-  part ({1e3 * bodies.shaft_length:.0f} mm here). Ours closes its energy: {supplied:.1f} J supplied, {kept:.1f} J kept,
-  {lost:.2g} J given to the air.
-- What acts back after {SECONDS:g} s: the bore has grown by {grown["bore"]:.2f} µm, the shaft by {grown["shaft"]:.2f} µm, so the
-  gap is {opened:.2f} µm wider; the inner race by {grown["inner_race"]:.2f} µm, the outer one by {grown["outer_race"]:.2f} µm, a
-  ball's radius by {grown["ball"]:.3f} µm, so the balls have {-closed:.2f} µm less clearance. Without heat and torque the 71914's
-  ring is at speed after {at_speed(cold, PAIR):.3f} s, and the mean force of the last 0.05 s is {cold_force:.0f} N instead of
-  {warm_force:.0f} N. The source adds the inner ring's growth to the depth of rotor in ring, so that its warm gap closes.
+  speed takes half J omega² = {spun:.0f} J of heat; ours, braked by its torque, has produced {friction_work:.0f} J, and
+  holds {ring_heat:.0f} J of it, the races' share included, while the rest is in shaft and balls. Waves change the force,
+  not this heat.
+- **Not reproduced**: the temperature rise of the shaft. The network's equations are not printed, nor the length of shaft that
+  takes up heat ({1e3 * bodies.shaft_length:.0f} mm here). Our energy balance closes: {supplied:.1f} J supplied, {kept:.1f} J
+  kept, {lost:.2g} J given to the air.
+- Effect of the heat after {SECONDS:g} s: the bore has grown by {grown["bore"]:.2f} µm, the shaft by {grown["shaft"]:.2f} µm,
+  so the gap is {opened:.2f} µm wider; the inner race has grown
+  by {grown["inner_race"]:.2f} µm, the outer one by {grown["outer_race"]:.2f} µm,
+  a ball's radius by {grown["ball"]:.3f} µm, so the balls have {-closed:.2f} µm less clearance. Without heat and torque
+  the 71914's ring is at speed after {at_speed(cold, PAIR):.3f} s, and the mean force of the last 0.05 s is {cold_force:.0f} N
+  instead of {warm_force:.0f} N. The source adds the inner ring's growth to the penetration of rotor into ring, so its
+  warm gap gets smaller.
 """

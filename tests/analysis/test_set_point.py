@@ -80,7 +80,7 @@ def no_zone_is_told(result):
     table = next(b for b in blocks if isinstance(b, Table) and b.header[-1] == "Zone")
     assert [row.cells[-1] for row in table.rows] == ["–", "A"]
     said = next(b.text for b in blocks if isinstance(b, Paragraph) and b.text.startswith("Zones of ISO 14839-2"))
-    assert "None is told of NDE: the check of the set point failed" in said
+    assert "NDE has no zone: the check of the set point failed" in said
 
 
 def test_where_arc_and_swing_disagree_no_circle_is_told(machine):

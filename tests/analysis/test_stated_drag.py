@@ -61,7 +61,7 @@ def test_a_drag_above_is_the_friction_of_a_whirl_where_there_was_one(machine):
 
 def test_the_report_of_the_shipped_coast_down_says_that_its_drag_is_above(coastdown):
     rows = {row.cells[0]: row.cells[1] for row in rundown.section(coastdown).blocks[0].rows}
-    said = rows["Drag of the inner rings by the machine file, all together"]
+    said = rows["Drag of all inner rings, by the machine file"]
     assert said.startswith("30 mN m (tolerance: 15 mN m to 45 mN m); the measured constant drag lies above")
     assert "not only those of the rings" in said
 
@@ -78,5 +78,5 @@ def test_what_is_beyond_the_stated_drag_is_told_as_a_share_of_the_load(machine, 
     told = {share: against_stated(each, stated, False, load) for share, each in more.items()}
     assert "is 0.0019 of the weight, at the radius of the bores" in told[1.5e-3]
     rows = {row.cells[0]: row.cells[1] for row in rundown.section(coastdown).blocks[0].rows}
-    assert "is 0.0015 of the weight" in rows["Drag of the inner rings by the machine file, all together"]
+    assert "is 0.0015 of the weight" in rows["Drag of all inner rings, by the machine file"]
     assert [("of the weight" in told[share]) for share in (1e-4, 0.01)] == [False, False]

@@ -20,7 +20,7 @@ from tests.blind.table import page
 
 ABOUT_STRONG = (
     f"These cases are *strong*: the generator as it stands with plain laws, single effects from {STRONG:g} of their range of"
-    " sizes (counted logarithmically) up. They say how the method does where something was hidden to be found."
+    " sizes (counted logarithmically) up. They show how well the method finds what was hidden."
 )
 
 
@@ -30,13 +30,13 @@ def main() -> None:
         prog="python -m tests.blind", description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--cases", type=int, default=0, metavar="N", help="diagnose N cases")
-    parser.add_argument("--jobs", type=int, default=1, help="at once")
-    parser.add_argument("--out", type=Path, metavar="FOLDER", help="where outcomes are kept, a JSON a case")
-    parser.add_argument("--page", type=Path, metavar="FILE", help="where the page goes; FOLDER/blind.md by default")
-    parser.add_argument("--remark", default="", metavar="TEXT", help="goes to the page: how the cases were run")
+    parser.add_argument("--jobs", type=int, default=1, help="number of cases diagnosed in parallel")
+    parser.add_argument("--out", type=Path, metavar="FOLDER", help="folder for the outcomes, one JSON per case")
+    parser.add_argument("--page", type=Path, metavar="FILE", help="file of the page; default FOLDER/blind.md")
+    parser.add_argument("--remark", default="", metavar="TEXT", help="remark for the page: how the cases were run")
     parser.add_argument("--only-generate", nargs=2, metavar=("N", "DIR"), help="write N cases into a folder")
     parser.add_argument(
-        "--seed", type=int, default=1, help=f"of the first case; from {FIRST_CALIBRATION_SEED} on: for calibration"
+        "--seed", type=int, default=1, help=f"seed of the first case; from {FIRST_CALIBRATION_SEED} on: for calibration"
     )
     parser.add_argument("--kind", choices=KINDS, help="what is hidden; drawn by default")
     parser.add_argument("--effect", choices=(*names(), *outside()), metavar="NAME", help="hide this effect")
@@ -52,7 +52,7 @@ def main() -> None:
             print(f"case_{seed:07d}: {hidden}", flush=True)
         return
     if o.out is None:
-        parser.error("--out FOLDER says where the outcomes are kept")
+        parser.error("--out FOLDER is needed: the folder for the outcomes")
     with ProcessPoolExecutor(o.jobs) as pool:
         ahead = [
             pool.submit(

@@ -20,11 +20,11 @@ hidden, drawn from a seed by the generator in `tests/blind/`, which shares no co
 elements, 26 modes a plane, Runge-Kutta steps of 4 µs, laws and sensors of its own. True values lie within the tolerances of
 the machine file. *Plain* cases have the laws that the machine file implies. In *strange* ones the contact's exponent (1.05
 to 1.2) and damping, the rise of friction and its dependence on load, stiffnesses, masses and elastic modulus (by 0.5 to
-5 %), the colour of the noise and the probes' zeros differ, as on real machines, and the right verdict with nothing hidden
+5 %), the colour of the noise and the probes' zeros differ, as on real machines; with nothing hidden the right verdict
 is still "none". Intervals in brackets are 95 % (Wilson).
 
-A case is right when nothing hidden gives "none", something outside the catalogue "unknown", and hidden effects are all
-named with nothing else; "ambiguous" is right where its set holds them, and is counted apart.
+A case is right if nothing hidden gives "none", something outside the catalogue "unknown", and if all hidden effects are
+named and nothing else; "ambiguous" is right if its set contains them, and is counted separately.
 """
 
 Judged = Sequence[tuple[Outcome, Judgement]]
@@ -96,14 +96,14 @@ def _goals(outcomes: Sequence[Outcome]) -> list[str]:
     rows = [
         (f"one effect, signal of {PLAIN_SIGNAL:g} times the noise or more: right", "95 %", _count(plainly, lambda j: j.right)),
         ("its place right too", "90 %", _count(plainly, lambda j: j.right and j.place)),
-        ("the same: all that is hidden is among what was named", "98 %", _count(plainly, lambda j: set(j.hidden) <= set(j.said))),
+        ("the same: all hidden effects are among those named", "98 %", _count(plainly, lambda j: set(j.hidden) <= set(j.said))),
         ("nothing hidden, a cause named", "3 % at most", _count_of_kind(judged, "none", lambda j: j.verdict in ACCUSING)),
         ("outside the catalogue: unknown", "85 %", _count(outside, lambda j: j.verdict == "unknown")),
         ("outside the catalogue: a cause named", "8 % at most", _count(outside, lambda j: j.verdict == "named")),
         ("two at once: both", "80 %", _count_of_kind(judged, "pair", lambda j: j.right)),
         (f"sizes within 10 %, level {STRONG_LEVEL:g} or more", "all", share(sum(near), len(near))),
-        ("median gain on a drop held out, rightly named", "0.8", f"{np.median(gains):.2f}" if gains else "no case"),
-        ("made worse there", "2 % at most", share(sum(gain < 0 for gain in gains), len(gains))),
+        ("median gain on a held-out drop, rightly named", "0.8", f"{np.median(gains):.2f}" if gains else "no case"),
+        ("prediction made worse there", "2 % at most", share(sum(gain < 0 for gain in gains), len(gains))),
         ("calibration error of the probabilities", "0.05", f"{calibration_error(stated):.3f}" if stated else "no case"),
         ("processor time of a case, median and 90th percentile", "180 s (90 s on two cores)",
          f"{np.median(seconds):.0f} s, {np.quantile(seconds, 0.9):.0f} s"),
@@ -164,7 +164,7 @@ def _kinds(judged: Judged) -> list[str]:
     outside = [(o, j) for o, j in judged if j.kind == "outside"]
     pairs = [(o, j) for o, j in judged if j.kind == "pair"]
     lines += [
-        f"- False alarms, nothing hidden and yet a cause named: {_count(nothing, lambda j: j.verdict in ACCUSING)};"
+        f"- False alarms, nothing hidden but a cause named: {_count(nothing, lambda j: j.verdict in ACCUSING)};"
         f" called unknown: {_count(nothing, lambda j: j.verdict == 'unknown')}.",
         f"- Outside the catalogue, called unknown: {_count(outside, lambda j: j.verdict == 'unknown')};"
         f" taken for an effect of the catalogue: {_count(outside, lambda j: j.verdict == 'named')}.",
@@ -205,9 +205,9 @@ def _detection(judged: Judged) -> list[str]:
     lines = [
         "### Detection against size",
         "",
-        "The signal is what the effect changes in the first 30 ms after the release of two of the drops, beyond what calibration",
-        "can take up, in standard deviations of the noise; what acts later (drag of a ring, Stribeck friction, heat, windage)",
-        "has a small one. The level is the size within the range drawn from, logarithmic, 0 weak to 1 strong.",
+        "The signal is the change by the effect in the first 30 ms after the release of two of the drops, in standard deviations",
+        "of the noise, less what calibration can compensate; an effect that acts later (drag of a ring, Stribeck friction, heat,",
+        "windage) has a small one. The level is the size within the range drawn from, logarithmic, 0 weak to 1 strong.",
         "",
     ]
     for title, edges, value in (
@@ -224,7 +224,7 @@ def _detection(judged: Judged) -> list[str]:
                     _count(within, lambda j: j.right),
                 )
             )
-        lines += _table((title, "something said to be missing", "right"), rows)
+        lines += _table((title, "reported that something is missing", "right"), rows)
     return lines
 
 
@@ -239,7 +239,7 @@ def _sizes(judged: Judged) -> list[str]:
     return [
         "### Sizes",
         "",
-        f"The 95 % interval holds the true size in {whole} of the effects that were named rightly and given a size.",
+        f"The 95 % interval contains the true size in {whole} of the effects that were named rightly and given a size.",
         "",
         *_table(("effect", "true size within the interval", "median error"), rows),
     ]
@@ -258,7 +258,7 @@ def _probabilities(stated: Sequence[tuple[float, bool]]) -> list[str]:
         "",
         f"Expected calibration error {calibration_error(stated):.3f} over {len(stated)} causes.",
         "",
-        *_table(("stated", "causes", "mean stated", "hidden indeed"), rows),
+        *_table(("stated", "causes", "mean stated", "really hidden"), rows),
     ]
 
 
@@ -273,14 +273,14 @@ def _classes(stated: Sequence[tuple[float, bool]]) -> list[list[tuple[float, boo
 
 def _gains(judged: Judged) -> list[str]:
     lines = ["### Held-out gain", ""]
-    lines += ["The share of the baseline's error on held-out drops, beyond the noise, that the effects take away.", ""]
+    lines += ["The share of the baseline's error on held-out drops, beyond the noise, that the effects remove.", ""]
     rows = []
     for title, right in (("rightly named", True), ("wrongly named", False)):
         gains = [o.gain for o, j in judged if j.kind in ("effect", "pair") and j.right == right and o.gain is not None]
         if gains:
             worse = sum(gain < 0 for gain in gains)
             rows.append((title, len(gains), f"{np.median(gains):.2f}", share(worse, len(gains))))
-    return [*lines, *_table(("effects", "cases", "median gain", "made worse"), rows)]
+    return [*lines, *_table(("effects", "cases", "median gain", "prediction made worse"), rows)]
 
 
 def _wrong(judged: Judged) -> list[str]:

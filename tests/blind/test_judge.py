@@ -142,7 +142,7 @@ def test_the_page_counts_what_it_was_given(tmp_path: Path) -> None:
     assert "at least one among the causes: 1/1" in text
     assert "| `x_fluid_film` | 0/1 = 0 % (0 to 79) | 0 | 0 | none 1 |" in text
     assert "| 100 to 300 | 1/1" in text
-    assert "holds the true size in 1/1" in text
+    assert "contains the true size in 1/1" in text
     assert "Strange laws" not in text
 
 

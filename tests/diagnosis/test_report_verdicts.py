@@ -79,7 +79,7 @@ def test_what_several_drops_lack_alike_is_one_line_on_a_terminal(named: Diagnosi
     """The remark on records of another machine appeared once per drop, in three lines each."""
     several = replace(named, remarks=("drop_97.nc: record: of another", "drop_148.nc: record: of another", "one more"))
     remarks = [line for line in diagnosis_lines(several) if line.startswith("remark: ")]
-    assert remarks == ["remark: drop_97.nc: record: of another. The same of drop_148.nc record", "remark: one more"]
+    assert remarks == ["remark: drop_97.nc: record: of another. The same for drop_148.nc record", "remark: one more"]
     assert len(diagnosis_json(several)["remarks"]) == 3
 
 

@@ -97,7 +97,7 @@ def test_a_fleet_lists_the_worst_first(empty, tmp_path):
         ("steady", "as before"),
     ]
     document = build_fleet_report(members)
-    assert "1 of 3 machines asks for attention; 1 has too few matching drops for a verdict." in render_html(document)
+    assert "1 of 3 machines needs attention; 1 has too few matching drops for a verdict." in render_html(document)
 
 
 def test_the_intervals_of_a_fleet_lie_in_their_panels(empty, tmp_path):

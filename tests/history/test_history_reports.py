@@ -208,7 +208,7 @@ def test_what_the_drop_judged_does_not_tell_has_a_mark_in_the_figures(empty, tmp
     for ax, change in zip(drawing.axes, radii, strict=False):
         hollow = [line.get_xdata()[0] for line in ax.lines if line.get_markerfacecolor() == "none"]
         assert hollow == ([7] if change.end in ends else [])
-        assert ax.get_title("left").endswith("· not told") == (change.end in ends)
+        assert ax.get_title("left").endswith("· no value") == (change.end in ends)
         usual = np.median([e.value for _, e in change.earlier]) * 1e6
         (limit,) = [text for text in ax.texts if text.get_text() == "limit: growth by 20 %"]
         assert limit.xy[1] == pytest.approx(1.2 * usual, rel=0.01)

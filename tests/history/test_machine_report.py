@@ -24,7 +24,7 @@ def test_a_machine_report_draws_what_it_flags(history):
     for (name, end), drops in history.flagged.items():
         assert f"{KINDS[name].title}{', ' + end if end else ''}" in titles
         assert set(drops) <= {e.id for e in history.entries}
-    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against those before"]
+    rings = [line for ax in figure.axes for line in ax.lines if line.get_label() == "changed against the earlier drops"]
     assert sum(len(line.get_xdata()) for line in rings) == sum(map(len, history.flagged.values()))
 
 
@@ -82,7 +82,7 @@ def test_a_drop_at_the_level_of_ringed_ones_without_a_ring_is_explained(empty, t
     history = machine_history(empty, "made up")
     assert len(history.flagged["fall_time_ms", "NDE"]) == 1
     html = render_html(build_machine_report(history))
-    assert ("yet without a ring: Fall, release to first touch, NDE: drop_51.nc" in html) == said
+    assert ("but without a ring: Fall, release to first touch, NDE: drop_51.nc" in html) == said
 
 
 def test_wear_at_once_is_told_as_a_step_and_not_as_a_rate(history):
@@ -106,4 +106,4 @@ def test_a_machine_report_does_not_say_any_drop_where_older_ones_are_not_judged(
     for i in range(42):
         add(empty, tmp_path, i, dropped=f"{1950 + i}-01-01")
     figure, *_ = figures_of(build_machine_report(machine_history(empty, "made up")))
-    assert figure.caption.startswith("What was flagged in any judged drop")
+    assert figure.caption.startswith("The quantities flagged in any judged drop")

@@ -52,7 +52,7 @@ def test_a_drop_at_another_speed_does_not_hide_an_alarm(worn, tmp_path):
     assert member.latest.verdict.word == "too few drops"
     said = "drop_6.nc (2021-01-06, 100.0 Hz)"
     document = build_fleet_report([member])
-    assert "1 of 1 machines asks for attention." in render_html(document)
+    assert "1 of 1 machines needs attention." in render_html(document)
     assert said in render_html(document)
     html = render_html(build_machine_report(machine_history(worn, worn.machines()[0])))
     assert f"The alarm of {said} stands: changed" in html
@@ -234,11 +234,11 @@ def test_a_fleet_of_which_too_little_is_known_is_not_called_well(empty, tmp_path
     raw, machine = files(tmp_path / "b", 200)
     empty.add(filing(raw, machine, name="new", seed=200, dropped="2020-01-01"), raw, machine)
     (finding,) = [b for b in build_fleet_report(fleet(empty)).sections[0].blocks if isinstance(b, Verdict)]
-    assert finding.text == "None of 2 machines asks for attention; 1 has too few matching drops for a verdict."
+    assert finding.text == "None of 2 machines needs attention; 1 has too few matching drops for a verdict."
     assert finding.tone == "plain"
     (steady,) = [m for m in fleet(empty) if m.machine == "steady"]
     (finding,) = [b for b in build_fleet_report([steady]).sections[0].blocks if isinstance(b, Verdict)]
-    assert finding == Verdict("None of 1 machines asks for attention.", "good")
+    assert finding == Verdict("None of 1 machines needs attention.", "good")
 
 
 def exit_code(*arguments):

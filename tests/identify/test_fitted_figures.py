@@ -62,7 +62,7 @@ def test_forces_are_drawn_as_far_as_they_are_told(fitted) -> None:
     for ends, right in ((whole, 1e3 * fitted.forces.seconds), (parts, 10.0)):
         figure = rendered(forces(replace(fitted.forces, ends=ends)))
         labels = {text.get_text() for text in figure.legends[0].get_texts()}
-        assert ("members have parted" in labels) == (ends is parts)
+        assert ("members diverge" in labels) == (ends is parts)
         assert right <= figure.axes[0].get_xlim()[1] <= 1.1 * right
 
 

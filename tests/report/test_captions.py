@@ -113,7 +113,7 @@ def test_the_centreline_is_coloured_by_what_its_caption_says(short: Analysis) ->
 
 
 def test_the_caption_of_the_polar_plot_says_what_is_grey(coastdown: Analysis) -> None:
-    assert "grey where it is less than 3 standard deviations" in _figure(tracking.section(coastdown), "bode").caption
+    assert "grey below 3 standard deviations" in _figure(tracking.section(coastdown), "bode").caption
 
 
 def test_a_velocity_greater_after_the_contact_is_explained_where_it_first_stands(coastdown: Analysis) -> None:
@@ -132,7 +132,7 @@ def test_captions_tell_only_of_marks_that_are_drawn(short: Analysis, coastdown: 
             shown = _figure(release.section(analysis), name)
             labels = [text.get_text() for text in shown.draw().legends[0].get_texts()]
             assert ("Triangles" in shown.caption) == ("contact begins" in labels), name
-            assert ("Dashed" in shown.caption) == ("clearance circle at rest load" in labels)
+            assert ("Dashed" in shown.caption) == ("clearance circle at static load" in labels)
             assert ("Shading" in shown.caption) == bool(analysis.phases)
         caption = _figure(spectra.section(analysis), "waterfall").caption
         assert ("Dashed" in caption) == ("dashed" in caption) == (len(analysis.speed_time) > 3)
@@ -171,11 +171,11 @@ def test_remarks_of_one_kind_are_one() -> None:
     assert len(joined) == 3
     assert (
         joined[0]
-        == f"a.nc: NDE_A: {cut(1)}. The same, with other numbers, of a.nc DE_A; b.nc NDE_A, DE_A; c.nc NDE_A, DE_A."
+        == f"a.nc: NDE_A: {cut(1)}. The same, with other numbers, for a.nc DE_A; b.nc NDE_A, DE_A; c.nc NDE_A, DE_A."
     )
     assert joined[1:] == ["The drops part early: 25 ms.", "b.nc: samples are missing: 3 of 'DE_A'."]
     assert grouped(["a.nc, b.nc hardly match c.nc"], ["a.nc", "b.nc"]) == ["a.nc, b.nc hardly match c.nc."]
-    assert grouped(["a.nc: cables?", "b.nc: cables?"], ["a.nc", "b.nc"]) == ["a.nc: cables? The same of b.nc."]
+    assert grouped(["a.nc: cables?", "b.nc: cables?"], ["a.nc", "b.nc"]) == ["a.nc: cables? The same for b.nc."]
 
 
 def test_where_no_law_of_drag_is_used_the_table_says_why(machine: Machine) -> None:
@@ -205,7 +205,7 @@ def test_the_decay_time_of_the_chosen_law_is_told_as_in_the_table_above(coastdow
     (chosen,) = [row.cells[1] for row in laws.rows if row.cells[-1] == "chosen"]
     assert f"decay time {stated.partition(' (')[0]} (interval above)" in chosen and " to " in chosen
     (more,) = [row.cells[1] for row in laws.rows if row.cells[-1].startswith("no better than")]
-    assert more.endswith("loss a revolution nought within its noise")
+    assert more.endswith("loss per revolution zero within its noise")
 
 
 def test_the_scale_of_the_residual_radius_is_not_that_of_a_few_far_off(short: Analysis) -> None:

@@ -14,7 +14,7 @@ _NAMES = (
 
 
 def _fleet(names: tuple[str, ...]) -> Table:
-    header = ("Machine", "Verdict", "Of the drop", "Drops", "Latest", "Changed")
+    header = ("Machine", "Verdict", "By the drop", "Drops", "Latest", "Changed")
     drop = "record_of_drop_from_full_speed_no_07.nc (2024-05-11 09:00:00 UTC, 99 Hz)"
     changed = "Rebound after the first contact, DE; Air gap (fitted), NDE …"
     return Table("t", header, tuple(Row((name, "changed", drop, "12", "this one", changed)) for name in names))

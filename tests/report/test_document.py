@@ -93,7 +93,7 @@ def test_how_samples_are_drawn_is_said_by_the_figure_alone(coastdown_report: Doc
     assert len(histories) == 2
     for figure in histories:
         header = figure.draw().texts[0].get_text()
-        assert ("every sample drawn" in header) != ("least and largest of each bin drawn" in header)
+        assert ("every sample drawn" in header) != ("least and greatest of each bin drawn" in header)
         assert "sample" not in figure.caption and "bin" not in figure.caption
 
 
@@ -254,7 +254,7 @@ def test_contacts_after_a_late_beginning_are_listed_but_none_is_the_first(short:
     (section,) = [s for s in document.sections if s.title == "Contacts"]
     said = _words(replace(document, sections=(section,)))
     assert f"The first contact at NDE is not estimated: {why}." in said
-    assert "NDE: contacts before settling" in said and "not seen whole" in said
+    assert "NDE: contacts before settling" in said and "incomplete" in said
     assert "contacts that were seen at NDE" in _words(document)
 
 
@@ -307,7 +307,7 @@ def test_a_reason_is_told_once_a_table(short: Analysis) -> None:
         for block in section.blocks
         if isinstance(block, Table)
     }
-    for caption, rotor in (("How the radius at rest adds up (95 % intervals)", 0), ("Not estimated", 1)):
+    for caption, rotor in (("Parts of the radius at rest (95 % intervals)", 0), ("Not estimated", 1)):
         said = [cell for row in tables[caption].rows for cell in row.cells if why in cell]
         assert len(said) == len(bare) + rotor, caption  # once an end, and once for the swing of the rotor
     assert any("Rebound" in row.cells[0] for row in tables["Not estimated"].rows)

@@ -126,7 +126,7 @@ def test_filtered_orbits_are_refused_in_words(short: Analysis) -> None:
     time, settled = short.planes.time.to_numpy(), settled_stretch(short).start
     # pulses that fail 0.05 s after settling leave some 4 revolutions, though more follow
     lost = np.where((time > settled + 0.05) & (time < settled + 0.06), np.nan, short.angle)
-    with pytest.raises(InputError, match=r"4\.\d revolutions on end"):
+    with pytest.raises(InputError, match=r"4\.\d consecutive revolutions"):
         filtered_orbit(replace(short, angle=lost))
 
 

@@ -26,10 +26,10 @@ def section(comparison: Comparison) -> Section | None:
         blocks.append(
             Figure(
                 "differences",
-                "Difference of this drop from those before, in standard errors of a new drop like those before, with its"
+                "Difference of this drop from the earlier ones, in standard errors of the prediction of a new drop, with its"
                 " 95 % interval. Filled, and on top: changed after correction for the number of quantities. A wide interval"
-                " means few drops before, not a large change.",
-                "A forest plot: a line for each quantity, the interval of its difference against zero.",
+                " means few earlier drops, not a large change.",
+                "A forest plot: one line for each quantity, the interval of its difference against zero.",
                 partial(differences, comparison),
             )
         )
@@ -37,11 +37,11 @@ def section(comparison: Comparison) -> Section | None:
     blocks.append(Table("Every quantity against the drops before", header, rows))
     blocks.append(
         Paragraph(
-            "“Before” is the mean of the n drops before that are a measure for this one, from fifteen on Tukey's biweight,"
-            " which odd ones among them do not move; what drifts is carried along its slope to this drop first. “Seen"
-            " from” is the smallest difference that is told from chance with so many drops and so much scatter: a smaller change"
-            " may be there and is not seen. An interval that leaves out zero tells no change by itself: of"
-            f" {comparison.tested} quantities one in twenty does so by chance. p is the chance of so large a difference where"
+            "“Before” is the mean of the n earlier drops that serve as reference, or from fifteen on Tukey's biweight,"
+            " which outliers do not shift; drifting quantities are first extrapolated along their slope to this drop. “Seen"
+            " from” is the smallest difference that can be detected with this number of drops and this scatter: a smaller change"
+            " may exist undetected. An interval that excludes zero is no proof of a change: of"
+            f" {comparison.tested} quantities one in twenty does so by chance. p is the probability of so large a difference if"
             " nothing has changed, corrected for that number. Levitation, the ratios of the speeds and of the probes, the speed"
             " at the release and fatigue do not count towards the verdict; their p is corrected for their own number."
         )

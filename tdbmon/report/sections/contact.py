@@ -53,11 +53,11 @@ def _first(analysis: Analysis, ends: list[EndResult], missing: list[Block]) -> l
     header = ("Quantity", *(end.name for end in ends))
     blocks: list[Block] = [
         Paragraph(
-            "A contact begins where the shaft centre passes the touching radius, which is the radius at rest less the"
+            "A contact begins when the shaft centre passes the touching radius, which is the radius at rest less the"
             " elastic part of the travel; t₁ and t₂ are the instants at which it passes the radius at rest, on its way"
-            " out and back. The single-mass stiffness takes the time between them for half a period of the end's share of the"
-            " rotor mass: it is a first guess; its interval is that of bearing and support in series and holds the"
-            " error of so coarse a model, as found on simulated contacts."
+            " out and back. The single-mass stiffness assumes that the time between them is half a period of the end's share of"
+            " the rotor mass. It is a rough estimate for bearing and support in series; its interval includes the"
+            " error of this simple model, as found on simulated contacts."
         ),
         *missing,
         Table("The first contact (95 % intervals; times from the release [in the record])", header, tuple(rows)),
@@ -65,8 +65,8 @@ def _first(analysis: Analysis, ends: list[EndResult], missing: list[Block]) -> l
     if touched := touched_ends(analysis):
         caption = (
             "Displacement along the direction of the first contact, outwards from the clearance centre. The free fall is"
-            " computed from the state at the release and fitted to nothing; the half sine is what the single-mass"
-            f" stiffness assumes, so that its misfit shows how far to trust it.{left_out(analysis, touched, 'no first contact')}"
+            " computed from the state at the release without any fit. The half sine is the motion that the single-mass"
+            f" stiffness assumes: its misfit shows how far to trust it.{left_out(analysis, touched, 'no first contact')}"
         )
         alt = "For each end, displacement against time through the fall, the first contact and the rebound."
         blocks.append(Figure("first-contact", caption, alt, partial(first_contact, analysis)))
@@ -90,7 +90,7 @@ def _list(end: str, events: tuple[Contact, ...], release: Estimate) -> Table:
             (
                 f"{i + 1}",
                 f"{(c.start - origin) * 1e3:.2f} ms",
-                f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "not seen whole",
+                f"{(c.end - c.start) * 1e3:.2f} ms" if c.seen else "incomplete",
                 whole_degrees(c.angle),
                 f"{c.depth * 1e6:.0f} µm",
             )

@@ -25,7 +25,7 @@ def section(comparison: Comparison) -> Section | None:
     header = ("Quantity", comparison.entry.raw_name, *(entry.raw_name for entry in shown))
     return Section(
         "Values of this drop",
-        (Paragraph(_missing(comparison)), Table("This drop beside the matching drops before", header, tuple(rows))),
+        (Paragraph(_missing(comparison)), Table("This drop beside the matching earlier drops", header, tuple(rows))),
     )
 
 
@@ -34,8 +34,8 @@ def _missing(comparison: Comparison) -> str:
     least, n, wanted = comparison.settings.compare.least_drops, len(comparison.matched), comparison.conditions
     assembly = f", assembly {wanted.assembly}" if wanted.assembly else ", without an assembly name"
     return (
-        "So few drops bear hardly any statistics: the values stand side by side, this drop's with the 95 % interval of its own"
-        f" estimate. “As before” takes {counted(least - n, 'more drop')} before the one that is judged, of {wanted.machine}"
+        "There are too few drops for statistics: the values are listed side by side, this drop's with the 95 % interval of its"
+        f" own estimate. The verdict “as before” needs {counted(least - n, 'more earlier drop')} of {wanted.machine}"
         f"{assembly}, speed at the release {speed_wanted(wanted)}, with sound probes; a change can be flagged with"
-        f" {LEAST_JUDGED} before."
+        f" {LEAST_JUDGED} earlier drops."
     )

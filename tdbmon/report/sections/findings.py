@@ -10,7 +10,7 @@ from tdbmon.estimate import Estimate, since
 
 RESTITUTION = "Restitution (velocity after over before the contact)"
 FIRST_TOUCH = "First touch, after the release [time in the record]"
-ABOVE_ONE = "; above 1: the impact at the other end feeds it"
+ABOVE_ONE = "; above 1: the impact at the other end adds energy"
 _NO_SPEED = "the record holds no speed"
 
 

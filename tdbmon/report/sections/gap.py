@@ -20,26 +20,26 @@ def section(analysis: Analysis) -> Section | None:
     from tdbmon.figures.style import circled_ends
 
     words_ = (
-        "At rest the shaft centre lies at the radius that the air gap, the balls' travel (half of their clearance, and"
-        " their deflection under the weight), the contact and the support add up to. The circle through the settled"
-        " positions gives that radius; the swing frequency in the clearance gives it again, independently. The air gap is"
-        " what remains after the travel, which is computed from the machine file and carries its tolerances."
+        "The radius of the shaft centre at rest is the sum of the air gap, the balls' travel (half of their clearance, and"
+        " their deflection under the weight), the contact and the support. The circle through the settled"
+        " positions gives that radius; the swing frequency in the clearance gives it independently. The air gap is"
+        " this radius less the travel, which is computed from the machine file with its tolerances."
     )
     blocks: list[Block] = [Paragraph(words_)]
     header = ("Quantity", *(end.name for end in ends))
     told: list[set[str]] = [set() for _ in ends]
     rows = [_row(name, [pick(end) for end in ends], told) for name, pick in _PARTS]
-    blocks.append(Table("How the radius at rest adds up (95 % intervals)", header, tuple(rows)))
+    blocks.append(Table("Parts of the radius at rest (95 % intervals)", header, tuple(rows)))
     agreement = tuple(Row((end.name, _agreement(end))) for end in ends)
     blocks.append(
-        Table("Two independent ways to the same radius", ("End", "Arc of settled positions, and swing"), agreement)
+        Table("The same radius by two independent methods", ("End", "Arc of settled positions, and swing"), agreement)
     )
     if circled := circled_ends(analysis):
         caption = (
             "Above: settled positions, the circle fitted to them with its interval (dashed), the air gap inside it and the"
-            " gap of the drawing about the same centre. Below: the settled radius less the fitted one over the angle,"
-            " since its deviations are micrometres. The shaft rolls on an arc about the bottom only: above it the circle"
-            f" is a continuation.{_beyond(analysis, circled)}{left_out(analysis, circled, 'no clearance circle')}"
+            " gap of the drawing about the same centre. Below: the settled radius less the fitted one against the angle,"
+            " since the deviations are micrometres. The shaft rolls only on an arc about the bottom: above it the circle"
+            f" is extrapolated.{_beyond(analysis, circled)}{left_out(analysis, circled, 'no clearance circle')}"
         )
         alt = "For each end a circle with settled positions at its bottom, and a strip of radial deviations over the angle."
         blocks.append(Figure("gap-map", caption, alt, partial(gap_map, analysis)))
@@ -55,8 +55,8 @@ def _beyond(analysis: Analysis, ends: list[str]) -> str:
         return ""
     told = ", ".join(f"{strip.beyond} of {len(strip.residual)} at {end}" for end, strip in strips.items())
     return (
-        f" The residual's scale holds all bars and the middle {percent(MIDDLE)} of the positions; triangles at its edge: those"
-        f" beyond ({told})."
+        f" The scale of the residual covers all bars and the middle {percent(MIDDLE)} of the positions; triangles at its edge"
+        f" mark those beyond ({told})."
     )
 
 
@@ -71,12 +71,12 @@ _PARTS = (
     ("less travel in the balls (nominal)", lambda end: _computed(end.travel.balls)),
     ("less contact of shaft and ring (nominal)", lambda end: _computed(end.travel.contact)),
     ("less support (nominal)", lambda end: _computed(end.travel.support)),
-    ("travel in all, with tolerances", lambda end: _computed(end.travel.total, end.travel.sigma)),
+    ("total travel, with tolerances", lambda end: _computed(end.travel.total, end.travel.sigma)),
     ("= air gap", lambda end: end.air_gap),
     ("Clearance centre x", lambda end: end.circle.centre[0]),
     ("Clearance centre y", lambda end: end.circle.centre[1]),
-    ("Settled radius, 2.5 % of the time below", lambda end: end.circle.lower),
-    ("Settled radius, 2.5 % of the time above", lambda end: end.circle.upper),
+    ("Settled radius, 2.5 % quantile", lambda end: end.circle.lower),
+    ("Settled radius, 97.5 % quantile", lambda end: end.circle.upper),
     ("Second harmonic of the radius", lambda end: end.circle.oval),
 )
 
@@ -95,5 +95,5 @@ def _agreement(end: EndResult) -> str:
         return f"no circle: {end.unsettled}"
     arc, swing = words(end.gap.from_arc), words(end.gap_from_swing)
     if end.gap.agrees is None:
-        return f"arc alone: {arc}; swing: {swing}"
-    return f"arc {arc}, swing {swing}: they agree, and both settle the circle"
+        return f"arc only: {arc}; swing: {swing}"
+    return f"arc {arc}, swing {swing}: they agree, and both determine the circle"

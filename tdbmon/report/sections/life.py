@@ -37,13 +37,13 @@ def section(comparison: Comparison) -> Section:
 
 def _explanation(damage: Estimate) -> str:
     said = (
-        "API 617 asks that touchdown bearings stand an agreed number of drops from full speed, at least two;"
+        "API 617 requires that touchdown bearings survive an agreed number of drops from full speed, at least two;"
         " ISO 14839-4 leaves the number to vendor and user."
     )
     if not damage.known:
         return said
     said += (
-        f" The damage is the {damage.method}: it compares drops of one machine by the ninth power of their Hertz stresses,"
-        " and is no life in hours."
+        f" The damage is the {damage.method}: it compares drops of one machine by the ninth power of their Hertz stresses"
+        " and is not a life in hours."
     )
     return said + (f" {capitalised(damage.why)}." if damage.why else "")

@@ -6,7 +6,7 @@ from tdbmon.analysis.result import Analysis
 from tdbmon.report.document import Block, Paragraph, Row, Section, Table
 from tdbmon.report.sections.findings import all_findings
 
-_MODEL = "displacement alone does not give it: it needs the simulation fitted to the record (tdbmon analyse --forces)"
+_MODEL = "not determined by displacement alone: it needs the simulation fitted to the record (tdbmon analyse --forces)"
 
 
 def section(analysis: Analysis, fitted: bool = False) -> Section:
@@ -15,8 +15,8 @@ def section(analysis: Analysis, fitted: bool = False) -> Section:
     if not fitted and analysis.falls:
         rows = [
             Row(("Contact force, Hertz stress", "both", _MODEL)),
-            Row(("Support stiffness and damping apart", "both", _MODEL)),
-            Row(("Speed of the inner rings", "both", "no channel shows it")),
+            Row(("Support stiffness and damping separately", "both", _MODEL)),
+            Row(("Speed of the inner rings", "both", "no channel measures it")),
         ]
     missing: dict[tuple[str, str], list[str]] = {}
     for finding in all_findings(analysis):
@@ -25,7 +25,7 @@ def section(analysis: Analysis, fitted: bool = False) -> Section:
     rows += [Row(("; ".join(names), end, why)) for (end, why), names in missing.items()]
     blocks: list[Block] = [
         Paragraph(
-            "Nothing is guessed: where the record does not bear a number, the number is missing and the reason stands here."
+            "Nothing is guessed: a number that the record cannot support is missing, and the reason is given here."
         ),
         Table("Not estimated", ("Quantity", "End", "Why"), tuple(rows)),
     ]

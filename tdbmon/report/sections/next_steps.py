@@ -33,7 +33,7 @@ def _room(room: Headroom) -> Row:
     change, limit = room.change, stated_percent(room.limit)
     grown = words(difference_of(change))
     if room.growth is None or room.radius is None:
-        return Row((change.title, grown, "no drop before tells a radius", limit, "not known"))
+        return Row((change.title, grown, "no earlier drop gives a radius", limit, "not known"))
     left = (room.limit - room.growth) * room.radius
     return Row(
         (
@@ -41,7 +41,7 @@ def _room(room: Headroom) -> Row:
             grown,
             f"{percent(room.growth, 1)} of {_length(room.radius)}",
             f"{limit}, {_length(room.limit * room.radius)}",
-            _length(left) if left > 0 else "none: the limit is passed",
+            _length(left) if left > 0 else "none: the limit is exceeded",
         ),
         "plain" if left > 0 else "attention",
     )
@@ -63,7 +63,7 @@ def _steps(judged: Judged) -> list[Row]:
     where = f" at {', then '.join(ends)}" if ends else ""
     rows = []
     if failed:
-        rows.append(Row(("See to the probes first", f"checks failed: {', '.join(failed)}; then drop again")))
+        rows.append(Row(("Check the probes first", f"checks failed: {', '.join(failed)}; then drop again")))
     if judged.verdict.word == "inspect":
         rows.append(
             Row(("Inspect", f"the touchdown bearings{where} before the next start: journal, rings, balls, support"))
@@ -73,7 +73,7 @@ def _steps(judged: Judged) -> list[Row]:
             Row(
                 (
                     "Inspect",
-                    f"at the next stop: journal, rings, balls and support{where}; no limit is passed that asks for it at once",
+                    f"at the next stop: journal, rings, balls and support{where}; no limit that requires it at once is exceeded",
                 )
             )
         )
@@ -87,7 +87,7 @@ def _steps(judged: Judged) -> list[Row]:
         room = f"{drops} of {life.agreed} agreed; margin {words(life.margin)}"
     rows.append(Row(("Before another drop", room)))
     rows.append(
-        Row(("After an overhaul", "file the drops from then on with a new name: tdbmon archive add --assembly NAME"))
+        Row(("After an overhaul", "file the drops from then on under a new assembly name: tdbmon archive add --assembly NAME"))
     )
     return rows
 

@@ -45,7 +45,7 @@ def _release(analysis: Analysis) -> list[Block]:
     if release is None:
         return []
     if not release.time.known:
-        return [Paragraph(f"The release is not told: {release.time.why}.")]
+        return [Paragraph(f"The release is not estimated: {release.time.why}.")]
     decay = release.force_decay
     if not decay.known:
         soft = f"Force: {decay.why}."
@@ -53,11 +53,11 @@ def _release(analysis: Analysis) -> list[Block]:
         soft = f"The magnetic force decayed with {words(decay)}."
     else:
         soft = f"The magnetic force may have decayed with {words(decay)} ({decay.method})."
-    said = f"The magnetic field let go at {words(release.time)} ({release.time.method}). {soft}"
+    said = f"The magnetic bearings released the rotor at {words(release.time)} ({release.time.method}). {soft}"
     rows = []
     for end, state in release.states.items():
         noise = Estimate(
-            state.noise, unit="um", method="what remains of the levitated orbit", why="no interval", kind="rms"
+            state.noise, unit="um", method="residual of the fitted levitated orbit", why="no interval", kind="rms"
         )
         ax, ay = release.falls[end].acceleration
         rows.append(
@@ -72,7 +72,7 @@ def _release(analysis: Analysis) -> list[Block]:
         )
     header = ("End", "x", "y", "Velocity x", "Velocity y", "Noise", "Fall x, y")
     gravity = analysis.machine.gravity
-    caption = f"State at the release, from the probes' zero; a fall free of other forces has 0, −{gravity:.2f} m/s²"
+    caption = f"State at the release, from the probes' zero; a fall under gravity alone has 0, −{gravity:.2f} m/s²"
     return [Paragraph(said), Table(caption, header, tuple(rows)), *_levitated(analysis)]
 
 
@@ -88,13 +88,13 @@ def _levitated(analysis: Analysis) -> list[Block]:
     header = ("End", "x", "y", "1X, both axes", f"Farthest from {origin}", "Over C_min", "Zone")
     zones = ", ".join(f"{name} to {limit:g}" for name, limit in ZONES)
     said = (
-        f"Zones of ISO 14839-2 by the share of the least radial clearance C_min: {zones}, D above. C_min is the radial gap of the"
-        " machine file here. The standard judges steady running; this is what the record holds of it in the plane of the"
-        " bearing, with run-out and noise."
+        f"Zones of ISO 14839-2 by the share of the least radial clearance C_min: {zones}, D above. C_min is here the radial gap"
+        " of the machine file. The standard applies to steady running; these values come from the record, in the plane of"
+        " the bearing, with run-out and noise."
     )
     for end, found in analysis.levitation.items():
         if found.reach.known and not found.share.known:
-            said += f" None is told of {end}: {found.share.why}."
+            said += f" {end} has no zone: {found.share.why}."
     when = " before the release" if analysis.falls else ""
     return [Table(f"Levitation{when}; x and y from the probes' zero", header, tuple(rows)), Paragraph(said)]
 
@@ -129,10 +129,10 @@ def _reading(analysis: Analysis, begin: float, end: float) -> str:
     ends = analysis.seen_ends
     words = ""
     if any(has_circle(analysis, name) for name in ends):
-        words += " Dashed: how far the shaft centre lies from the clearance centre at rest."
+        words += " Dashed: distance of the shaft centre from the clearance centre at rest."
     events = [event for name in ends for event in analysis.ends[name].events]
     if shows_touches(begin, end) and any(begin <= event.start <= end for event in events):
-        words += " Triangles: touches of that end."
+        words += " Triangles: contacts of that end."
     return words + (" Shading: phases." if analysis.phases else "")
 
 

@@ -16,7 +16,7 @@ _NOUGHT = 0.1  # of the interval's width: a smaller parameter has no significant
 _NAMES = {
     "decay_time_s": "decay time",
     "constant_drag_hz_per_s": "constant drag",
-    "quadratic_loss_per_revolution": "loss a revolution",
+    "quadratic_loss_per_revolution": "loss per revolution",
 }
 
 
@@ -25,7 +25,7 @@ def section(analysis: Analysis) -> Section:
     title = "Decay of the speed"
     rundown = analysis.rundown
     if rundown is None:
-        return Section(title, (Paragraph("The record holds neither a speed signal nor a keyphasor."),))
+        return Section(title, (Paragraph("The record contains neither a speed signal nor a keyphasor."),))
     if not analysis.falls:
         return Section(title, (sentence(NO_DROP),))
     rows = [
@@ -45,7 +45,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Drag torque at the release", _torque(rundown))),
         *_coasted(analysis, rundown),
         Row(("Standstill, from the record's first sample", words(rundown.standstill_time))),
-        Row(("Stretch that the laws are fitted to", _stretch(rundown))),
+        Row(("Part of the record to which the laws are fitted", _stretch(rundown))),
     ]
     blocks: list[Block] = [Table(f"The run-down (95 % intervals{_REST})", ("Quantity", "Value"), tuple(rows))]
     if rundown.models:
@@ -57,8 +57,8 @@ def section(analysis: Analysis) -> Section:
         alt = "Speed against time."
         if rundown.law is not None:
             caption = (
-                "Above: the speed and the chosen law; below: what the law leaves. A law that lacks a term leaves a trend in the"
-                " fitted stretch, which no small rms hides. A scale or zero error of the speed signal shows below as an offset."
+                "Above: the speed and the chosen law; below: its residual. If the law lacks a term, the residual has a trend in"
+                " the fitted part, however small its rms. A scale or zero error of the speed signal appears below as an offset."
             )
             alt = "Speed against time, with the fitted law, and the residual below."
         blocks.append(Figure("speed-decay", caption, alt, partial(speed_decay, analysis)))
@@ -66,13 +66,13 @@ def section(analysis: Analysis) -> Section:
 
 
 _REST = (
-    "; constant drag: by the machine file's polar inertia, noise of the speed alone"
-    "; standstill: from the last sure turn to the first sure rest, or by the law"
+    "; constant drag: with the machine file's polar inertia, noise of the speed only"
+    "; standstill: from the last certain rotation to the first certain rest, or by the law"
 )
 _CHOICE = (
     "The rotor slows by ω′ = −(a + ω/τ + q ω²): a is dry friction, 1/τ viscous drag and windage, q turbulent windage. Every"
     " combination of the terms is fitted to the same stretch with the same noise; a term is kept only where the criterion"
-    " (BIC, lower is better) and the misfit on stretches left out of the fit both call for it."
+    " (BIC, lower is better) and the misfit on parts left out of the fit both require it."
 )
 
 
@@ -83,12 +83,12 @@ def _coasted(analysis: Analysis, rundown: RunDown) -> list[Row]:
     for name, share, time in (("a half", HALF, found.half), ("a tenth", TENTH, found.tenth)):
         reached = "" if initial.value is None else f" ({short(Estimate(share * initial.value, unit='Hz'))})"
         told = f"{words(time)}, {how_told(time)}" if time.known else words(time)
-        rows.append(Row((f"From the release until {name} of its speed is left{reached}", told)))
+        rows.append(Row((f"From the release to {name} of the initial speed{reached}", told)))
     return rows
 
 
 def _laws(rundown: RunDown) -> Table:
-    header = ("Law", "Parameters", "Rms misfit / on stretches left out", "BIC", "Verdict")
+    header = ("Law", "Parameters", "Rms misfit / on parts left out", "BIC", "Verdict")
     rows, chosen = [], any(model.chosen for model in rundown.models)
     for model in rundown.models:
         written = partial(_parameter, rundown) if model.chosen else _unused
@@ -106,7 +106,7 @@ def _laws(rundown: RunDown) -> Table:
         )
         rows.append(Row(cells, "good" if model.chosen else "plain"))
     caption = (
-        "Laws tried; the chosen one with 95 % intervals, which hold the speed's noise alone where they stand here"
+        "Laws tried; the chosen one with 95 % intervals, which here include only the noise of the speed"
         if chosen
         else f"Laws tried; none is used: {rundown.decay_time.why}"
     )
@@ -126,7 +126,7 @@ def _parameter(rundown: RunDown, key: str, value: Estimate) -> str:
 
 def _unused(_: str, value: Estimate) -> str:
     """Return a parameter of a rejected law as text without interval: noise alone would understate its uncertainty."""
-    return "nought within its noise" if abs(value.value or 0.0) < _NOUGHT * (value.width or 0.0) else short(value)
+    return "zero within its noise" if abs(value.value or 0.0) < _NOUGHT * (value.width or 0.0) else short(value)
 
 
 def _millihertz(value: float) -> str:
@@ -138,7 +138,7 @@ def _torque(rundown: RunDown) -> str:
     if rundown.law is None or rundown.polar_inertia is None or rundown.initial.value is None:
         return "not estimated: it needs a law and the rotor's polar inertia"
     if rundown.doubt and not rundown.lost_speed.known:
-        return "not told: the chosen law is not that of the first seconds"
+        return "not estimated: the chosen law does not hold in the first seconds"
     return f"{float(rundown.torque_at(rundown.initial.value)):.3g} N m (chosen law, polar inertia of the machine file)"
 
 
@@ -148,7 +148,7 @@ def _spun_up(analysis: Analysis, rundown: RunDown) -> list[Row]:
         return []
     rings = sum(bearing.inner_ring_inertia for bearing in analysis.machine.touchdown_bearings)
     taken = rundown.initial.value * rings / (rings + analysis.rotor.polar_inertia)
-    return [Row(("Speed that the inner rings take up, by the machine file", short(Estimate(taken, unit="Hz"))))]
+    return [Row(("Speed lost to spinning up the inner rings, by the machine file", short(Estimate(taken, unit="Hz"))))]
 
 
 def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
@@ -166,7 +166,7 @@ def _stated(analysis: Analysis, rundown: RunDown) -> list[Row]:
     on_rotor = drag_on_rotor(analysis.machine, rundown.polar_inertia)
     load = load_torque(analysis.machine, analysis.rotor)
     said = f"{drag}; the measured constant drag lies {against_stated(rundown.drag_torque, on_rotor, whirled, load)}"
-    return [Row(("Drag of the inner rings by the machine file, all together", said))]
+    return [Row(("Drag of all inner rings, by the machine file", said))]
 
 
 def _stretch(rundown: RunDown) -> str:

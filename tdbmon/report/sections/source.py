@@ -28,7 +28,7 @@ def section(analysis: Analysis) -> Section:
         Row(("Time of the drop", str(attributes.get("drop_time") or untold))),
         Row(("Reader", str(attributes.get("reader", "not known")))),
         Row(("Sampling", f"{usual_rate(time):.6g} Hz, {len(time)} samples, {time[-1] - time[0]:.4f} s")),
-        Row(("Channels that the machine expects and the file lacks", missing)),
+        Row(("Channels of the machine file that the record lacks", missing)),
         Row(("Machine", analysis.machine.name)),
         Row(("Rotor", weight(analysis))),
         Row(("Rotation", "counter-clockwise" if analysis.machine.sense > 0 else "clockwise")),

@@ -36,22 +36,23 @@ def section(analysis: Analysis) -> Section | None:
         return Section(_TITLE, (Paragraph(f"None: {error}."),))
     blocks: list[Block] = [_lines(analysis), *_drifting(analysis), *_whirling(analysis)]
     reading = (
-        "Colour is amplitude in dB re 1 µm 0-pk, dark below the noise."
+        "Colour: amplitude in dB re 1 µm 0-pk, dark below the noise."
         + (" Dashed: orders of the speed." if analysis.has_speed else " Without a speed there are no orders.")
         + (
-            " Dotted: lines of constant frequency that were found (sums and multiples of others without a name)."
+            " Dotted: lines of constant frequency that were found (unnamed if sums or multiples of others)."
             if any(line.kind != "order" for line in analysis.lines)
             else ""
         )
     )
     if not np.isfinite(spectra.amplitude).all():
         reading += " White: samples are missing."
-    turning = "What follows a dashed line turns with the rotor; what stands" if analysis.has_speed else "What stands"
+    turning = "A line along a dashed one is an order of the speed; a" if analysis.has_speed else "A"
     blocks.append(
         Figure(
             "waterfall",
             f"Waterfall, vertical and horizontal at each end. {reading} {turning}"
-            " upright is a swing, a bounce, a conical or a bending mode of the rotor on its touchdown bearings, or the mains.",
+            " vertical line is a swing, a bounce, a conical or a bending mode of the rotor on its touchdown bearings, or the"
+            " mains.",
             "Maps of amplitude over frequency and time for each end and direction.",
             partial(waterfall, analysis),
         )
@@ -72,10 +73,10 @@ def section(analysis: Analysis) -> Section | None:
     blocks.append(
         Figure(
             "full-spectrum",
-            "Full spectra of stretches of the record: amplitude of the circle that turns with the rotor (right, blue) and"
-            " against it (left, orange). Equal peaks on both sides are motion along a line; a peak on the left alone is"
+            "Full spectra of parts of the record: amplitude of the forward circle, with the rotation (right, blue), and of the"
+            " backward one (left, orange). Equal peaks on both sides are motion along a line; a peak on the left alone is"
             " backward whirl.",
-            "For each end and stretch, amplitude over frequency from backward to forward.",
+            "For each end and part of the record, amplitude over frequency from backward to forward.",
             partial(full_spectrum, analysis),
         )
     )
@@ -87,7 +88,7 @@ def _lines(analysis: Analysis) -> Block:
         why = (
             "none stands out"
             if analysis.has_speed
-            else "without a speed, orders cannot be told from constant frequencies"
+            else "without a speed, orders cannot be distinguished from constant frequencies"
         )
         return Paragraph(f"No lines are listed: {why}.")
     strongest = sorted(analysis.lines, key=lambda line: -(line.amplitude.value or 0.0))[:_LISTED]
@@ -96,7 +97,7 @@ def _lines(analysis: Analysis) -> Block:
         for line in sorted(strongest, key=lambda line: (line.kind, line.order or 0.0, line.frequency.value or 0.0))
     )
     more = len(analysis.lines) - len(strongest)
-    caption = "Lines found (95 % intervals). Amplitude: the greatest; of an order where no constant line crosses it"
+    caption = "Lines found (95 % intervals). Amplitude: the greatest; for an order, only where no constant line crosses it"
     caption += f"; {more} weaker ones are left out" if more > 0 else ""
     return Table(caption, ("Line", "Kind", "End", "Frequency or order", "Direction", "Amplitude", "Seen"), rows)
 
@@ -108,7 +109,7 @@ def _whirling(analysis: Analysis) -> list[Block]:
         for end, whirl in analysis.whirl.items()
         if whirl.worst is not None and whirl.frequency.known and abs(whirl.worst.turns) >= _DRAWN
     ]
-    return [Paragraph(f"The shaft's whirl around its clearance draws a line too: {'; '.join(turns)}.")] if turns else []
+    return [Paragraph(f"The shaft's whirl around its clearance gives a line too: {'; '.join(turns)}.")] if turns else []
 
 
 def _drifting(analysis: Analysis) -> list[Block]:
@@ -130,8 +131,8 @@ def _drifting(analysis: Analysis) -> list[Block]:
         for swing in analysis.drifting
     )
     caption = (
-        "Swings in the clearance that are no lines: their frequency moves, with their amplitude and with each other's. Amplitude:"
-        " the greatest, along the horizontal, at the end that shows it more"
+        "Swings in the clearance that give no line, since their frequency changes with their own and each other's amplitude."
+        " Amplitude: the greatest horizontal one, at the end where it is larger"
     )
     return [Table(caption, ("Swing", "End", "Frequency, lowest to highest", "Amplitude", "Seen"), rows)]
 

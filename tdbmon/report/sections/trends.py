@@ -45,13 +45,13 @@ def section(comparison: Comparison) -> Section | None:
         (
             Figure(
                 "trends",
-                "Values over the matching drops in their order with 95 % intervals as far as they are known, this drop in"
+                "Values over the matching drops in their order with 95 % intervals where they are known, this drop in"
                 " orange. Dashed steps: the levels before and after a change point (permutation test, p ≤ 5 %, not"
-                " corrected), where a slope describes the drops no better (Schwarz's criterion). Line, where there is no such"
-                " point: the median slope (Theil, Sen), if Kendall's test sees a trend (p ≤ 5 %, not corrected)."
-                " The line that says so: the limit of growth of the radius at rest. Grey, at the lower edge: not told by this"
-                " drop.",
-                "For each quantity, its value against the drop.",
+                " corrected), unless a slope describes the drops better (Schwarz's criterion). Line, where there is no such"
+                " point: the median slope (Theil, Sen), if Kendall's test finds a trend (p ≤ 5 %, not corrected)."
+                " The line named limit: limit of growth of the radius at rest. Grey, at the lower edge: not estimated from"
+                " this drop.",
+                "For each quantity, its value in each drop.",
                 partial(trends, comparison, shown),
             ),
             Table(
@@ -61,7 +61,7 @@ def section(comparison: Comparison) -> Section | None:
             ),
             Paragraph(
                 "These probabilities are not corrected for the number of quantities: one in twenty is below 0.05 by chance."
-                " They do not enter the verdict; what drifts after a correction is told beside it."
+                " They do not enter the verdict; drifts after a correction are stated beside it."
             ),
         ),
     )

@@ -14,13 +14,13 @@ def section(analysis: Analysis) -> Section | None:
         return None
     blocks: list[Block] = [
         Paragraph(
-            "Backward whirl, in which friction drives the shaft around the clearance against its rotation, is what destroys"
-            " touchdown bearings. A whirl is counted where the shaft centre goes around the clearance centre by a whole"
-            " turn or more; a shaft that swings at the bottom turns back before."
+            "Backward whirl, in which friction drives the shaft around the clearance against its rotation, can destroy"
+            " touchdown bearings. It is counted as whirl if the shaft centre goes around the clearance centre by a full"
+            " turn or more; a shaft that swings at the bottom reverses before that."
         )
     ]
     if not analysis.whirl:
-        blocks.append(Paragraph("It could not be looked for: no end is seen by two probes."))
+        blocks.append(Paragraph("Whirl could not be detected: no end is measured by two probes."))
         return Section("Whirl", tuple(blocks))
     rows = tuple(
         Row(
@@ -34,7 +34,7 @@ def section(analysis: Analysis) -> Section | None:
         )
         for end, w in analysis.whirl.items()
     )
-    header = ("End", "Backward whirl", "Right round the ring, in either sense", "Frequency of the longest")
+    header = ("End", "Backward whirl", "Full whirl, in either sense", "Frequency of the longest")
     blocks.append(Table("Whirl after the release (times from the record's first sample)", header, rows))
     drawn = [end for end, w in analysis.whirl.items() if w.drawn]
     for end, w in analysis.whirl.items():
@@ -44,7 +44,7 @@ def section(analysis: Analysis) -> Section | None:
         blocks.append(
             Paragraph(
                 f"At {' and '.join(drawn)} no clearance circle was found: the gap of the drawing about the probes' zero"
-                " took its place."
+                " is used instead."
             )
         )
     return Section("Whirl", tuple(blocks))
