@@ -70,7 +70,7 @@ _TAIL = """## What falls short
 
 - **After the fit.** Neighbouring trajectories with impacts diverge with exp(λ t), λ some 40 per second. The residual late in
   the fit is more than noise, though nothing is hidden in these drops; by 0.2 s some simulated paths have nothing in common with
-  the measured ones. Forces there are statistical.
+  the measured ones. Only statistics of the forces are meaningful there.
 - **Correlated values.** Radial gap and ball clearance compensate for each other: the sum of gap and half the clearance is known a
   hundred times better than each alone. Contact damping and the drag of the inner rings are hardly determined by these drops.
 - **Intervals of peaks** allow 1 % for the contact law, calibrated on sets of another generator ([results](fitted_forces.md));

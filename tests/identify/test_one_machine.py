@@ -75,7 +75,7 @@ def test_drops_of_one_machine_go_together_and_so_do_those_of_a_machine_that_is_n
 def test_drops_before_and_after_a_change_are_told_where_both_ends_have_touched():
     """Two drops each of two states of a rig's machine had no verdict after 15 minutes."""
     said = told(OWN, SOFTER, OWN, SOFTER)
-    assert said.startswith("drop_100.nc, drop_160.nc do not go with drop_70.nc, drop_130.nc")
+    assert said.startswith("drop_100.nc, drop_160.nc do not match drop_70.nc, drop_130.nc")
     assert "in the first 14 ms" in said
 
 
