@@ -163,9 +163,7 @@ def _too_much_is_left(case: _Case) -> Verdict | None:
         return None
     left = f"{best.ratio:.1f} times that of noise alone in the first {best.horizon * 1e3:g} ms"
     model = f"the model with {best.words}" if best.causes else "the plain model"
-    followed = best.problem.stages.followed
-    late = f", most of it later than {followed * 1e3:g} ms" if best.horizon > followed else ""
-    return case.nobody(Kind.UNKNOWN, f"the misfit of the best, {model}, is still {left}{late}")
+    return case.nobody(Kind.UNKNOWN, f"the misfit of the best, {model}, is still {left}")
 
 
 def _most_of_little_is_left(case: _Case) -> Verdict | None:
