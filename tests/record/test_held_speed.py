@@ -82,7 +82,7 @@ def test_a_speed_told_too_seldom_before_the_release_is_not_estimated(hz: float) 
     assert laid["speed"].attrs[HELD] == pytest.approx(1 / hz, rel=1e-3)
     run = analyse(drop, machine_of("years")).rundown
     if hz == 10.0:
-        assert "told 1 time before the release; 6 are needed" in run.initial.why
+        assert "1 value of the speed before the release; 6 are needed" in run.initial.why
     else:
         assert run is None  # three values
 
