@@ -275,7 +275,7 @@ def test_a_fleet_fails_on_the_alarm_of_any_machine(worn, tmp_path, capsys):
     [
         (["--fail-on", "anything"], "--fail-on 'anything': is unknown; write --fail-on alarm"),
         (["--drop", "drop_6.nc", "--fail-on", "alarm"], "--drop reports one record"),
-        ([], "no --report file is named"),
+        ([], "no --report file is given"),
     ],
 )
 def test_what_a_fleet_cannot_be_asked_is_told(worn, capsys, asked, says):
