@@ -140,7 +140,7 @@ def test_with_few_drops_before_the_values_stand_side_by_side(empty, tmp_path, be
     made = fill(empty, tmp_path, before + 1)
     sections = {s.title: s for s in build_compare_report(judge(empty, made[-1].drop)).sections}
     said, table = sections["Values of this drop"].blocks
-    assert f"takes {5 - before} more drop" in said.text and "100 Hz, at most 5 % off" in said.text
+    assert f"needs {5 - before} more earlier drop" in said.text and "100 Hz, at most 5 % off" in said.text
     assert table.header[1:] == (made[-1].raw_name, *(each.raw_name for each in made[:-1]))
     (row,) = [row for row in table.rows if row.cells[0] == "Radius at rest, NDE"]
     values = [next(f.estimate.value for f in each.features if f.key == ("gap_um", "NDE")) for each in made]
