@@ -99,7 +99,7 @@ def _sight(sight: Sight) -> str:
         if sight.growth is None
         else f"growth of the radius at rest from {sight.seen_from} on"
     )
-    return f"{sight.drops}; {seen} would have been seen"
+    return f"{sight.drops}; {seen} would have been detected"
 
 
 def _full_drops(life: Life) -> str:
