@@ -26,8 +26,8 @@ if TYPE_CHECKING:
     from tdbmon.identify.fitted import FittedDrop
 
 _SCALE = (
-    "Lengths are as true as the probes' scale: their intervals hold no error of it, for which API 670 allows 5 %. The radius from"
-    " the swing is told from frequencies and knows none."
+    "Intervals of lengths do not include an error of the probes' scale factor, for which API 670 allows 5 %. The radius from the"
+    " swing is computed from frequencies and does not depend on it."
 )
 _FEW = 2  # most quantities named as exceptions ("all but ...") instead of a full list
 
@@ -44,9 +44,9 @@ def section(analysis: Analysis, fitted: FittedDrop | None = None) -> Section:
     if analysis.rundown is not None and (analysis.rundown.decay_time.known or analysis.rundown.drag_torque.known):
         blocks.append(
             Paragraph(
-                "Decay time: the interval holds what the law of drag may lack. Drag: given by the machine file's polar inertia"
-                " and by the law, and the interval holds the noise of the speed signal alone. Standstill: from the last sure turn"
-                " to the first sure rest, or by the law."
+                "Decay time: the interval includes a possible error of the drag law. Drag: from that law and the polar inertia in"
+                " the machine file; its interval includes only the noise of the speed signal. Standstill: between the last"
+                " certain rotation and the first certain rest, or from the law."
             )
         )
     if analysis.ends:
