@@ -110,6 +110,6 @@ def test_terminal_json_and_report_tell_them(coastdown):
     assert speed["half_speed_after_s"]["value"] == told.half.value
     assert speed["tenth_speed_after_s"]["value"] == pytest.approx(tenth.value - coastdown.release.time.value)
     table = section.section(coastdown).blocks[0]
-    rows = [row.cells for row in table.rows if "is left" in row.cells[0]]
+    rows = [row.cells for row in table.rows if "From the release to" in row.cells[0]]
     assert [cells[1].endswith("measured") for cells in rows] == [True, True]
     assert "(47.5 Hz)" in rows[0][0]

@@ -44,7 +44,7 @@ def test_a_swing_that_climbs_is_followed_from_its_lowest_to_its_highest_frequenc
     window = SECONDS / 4.5  # its frequency is a mean over one
     assert found.lowest.value == pytest.approx(42.0 + 7 * window / 2 / SECONDS, abs=0.5)
     assert found.highest.value == pytest.approx(49.0 - 7 * window / 2 / SECONDS, abs=0.5)
-    assert "moves" in found.lowest.why and found.lowest.low is None
+    assert "drifts" in found.lowest.why and found.lowest.low is None
     assert 55e-6 < found.amplitude.value < 80e-6
     assert found.first_s < 0.5 and found.last_s > SECONDS - 0.9
 

@@ -75,7 +75,7 @@ def test_an_end_whose_members_differ_from_the_release_on_has_no_curve(fitted) ->
     first, second = ends
     ends[first] = never_together(ends[first])
     figure = rendered(forces(replace(fitted.forces, ends=ends)))
-    assert "differ from the release" in figure.axes[0].texts[0].get_text()
+    assert "diverge from the release" in figure.axes[0].texts[0].get_text()
     assert not any(label.get_text() for label in figure.axes[0].get_yticklabels())  # there was one of 0 to 1 kN
     assert figure.axes[1].lines
     ends[second] = never_together(ends[second])

@@ -81,7 +81,7 @@ def section(fitted: FittedDrop) -> Section:
             partial(forces, drop),
         )
         if any(end.history.time.size for end in ends)
-        else Paragraph("The simulations differ from the release on: no force is drawn against time."),
+        else Paragraph("The simulations diverge from the release on: no force is drawn against time."),
         *((Paragraph(_CONTACTS),) if any(end.contacts for end in ends) else ()),
         *(_contacts(end) for end in ends if end.contacts),
         fitted_values(fitted),
