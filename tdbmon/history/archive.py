@@ -272,7 +272,8 @@ def open_archive(folder: Path, create: bool = False) -> Archive:
         if folder.exists() and not folder.is_dir():
             raise InputError(f"{folder}: is a file; give a folder for the archive")
         strange = [p.name for p in folder.iterdir() if not p.name.startswith(".")] if folder.exists() else []
-        if strange and not {"results", "raw"} & set(strange):
+        # another process may have created the archive since
+        if strange and not {"results", "raw", SETTINGS} & set(strange):
             raise InputError(f"{folder}: is not an archive and not empty ({strange[0]}); give a new folder")
         with writable(folder):
             folder.mkdir(parents=True, exist_ok=True)

@@ -66,6 +66,21 @@ def test_two_writers_at_once_file_every_drop_once(tmp_path):
     assert verify(archive) == []
 
 
+def test_an_archive_that_another_process_creates_meanwhile_is_opened(empty, monkeypatch):
+    """It was "not an archive and not empty"."""
+    exists, asked = Path.exists, []
+
+    def not_at_first(path):
+        if path.name == "archive.toml" and not asked:
+            asked.append(path)
+            return False
+        return exists(path)
+
+    monkeypatch.setattr(Path, "exists", not_at_first)
+    assert open_archive(empty.folder, create=True).entries() == empty.entries()
+    assert asked
+
+
 def test_a_result_file_gives_back_what_was_filed(empty, tmp_path):
     raw, machine = files(tmp_path, 1)
     made = filing(raw, machine, stress=3e9)
