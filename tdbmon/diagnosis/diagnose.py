@@ -140,9 +140,7 @@ def diagnose(
         mistaken = _mistake(drops, problem)
         # after an error of set-up no cause is sought: some effect would fit what is not there
         suspected = suspects(machine, _common(drops), problem.standing) if mistaken is None else ()
-        compared = horizons
-        if mistaken is not None:  # the first contacts show what it does, and fits to later horizons take long
-            compared = [h for h in horizons if h <= problem.stages.touched] or horizons[:1]
+        compared = horizons if mistaken is None else problem.stages.until_touched(horizons)
         field = contest(problem, suspected, compared, progress)
         progress("evaluating how the rotor slows")
         field, slowed = with_slowing(field, suspected)

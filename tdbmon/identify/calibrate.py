@@ -100,8 +100,8 @@ def fit_drops(
         asked, usable = usable, followable(problem, usable)
         remarks = [remark for drop in drops for remark in drop.remarks]
         remarks += [*standing_remarks(problem), *parting_remarks(problem, asked, usable)]
-        if mistaken is not None:  # fits of a wrong machine fail at later horizons, where they take long
-            usable = [h for h in usable if h <= stages.touched] or usable[:1]
+        if mistaken is not None:
+            usable = stages.until_touched(usable)
         problem, passed = followed(problem, usable, progress)
         usable = [h for h in usable if h <= passed[-1].horizon]
         point = passed[-1].fit.point

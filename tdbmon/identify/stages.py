@@ -43,6 +43,10 @@ class Stages:
         """Return `at` of several instants."""
         return tuple(self.at(each) for each in usual)
 
+    def until_touched(self, horizons: Sequence[float]) -> list[float]:
+        """Return the horizons until both ends have touched, or else the first: for a wrong set-up, as later fits take long."""
+        return [h for h in horizons if h <= self.touched] or list(horizons[:1])
+
     @property
     def calibration(self) -> tuple[float, ...]:
         """Horizons of the calibration."""
